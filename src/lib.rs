@@ -1,0 +1,3 @@
+//! lucerna: real-time global illumination as WGSL modules with generated host bindings.
+
+pub mod scene;

@@ -1,0 +1,269 @@
+//! Scenes as the host sees them: meshes, instances, materials, textures, lights, cameras, sky.
+//!
+//! A [`Scene`] is plain data in world units (metres, right-handed, +Y up, linear Rec. 709). It is
+//! read from a file by [`Scene::load`] or put together by hand, and given to the GPU by
+//! [`crate::gpu_scene::GpuScene`].
+
+use glam::{Affine2, Affine3A, Vec2, Vec3, Vec4};
+
+/// Everything that light can meet.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Triangle meshes in object space, one per material.
+    pub meshes: Vec<Mesh>,
+    /// Where the meshes stand.
+    pub instances: Vec<Instance>,
+    /// What the meshes are made of; [`Mesh::material`] indexes it.
+    pub materials: Vec<Material>,
+    /// Images with the way they are read; [`TextureRef::texture`] indexes it.
+    pub textures: Vec<Texture>,
+    /// Pixels; [`Texture::image`] indexes it.
+    pub images: Vec<Image>,
+    /// Point, spot and directional lights, in world space.
+    pub lights: Vec<Light>,
+    /// Cameras, in world space, in the order of the file.
+    pub cameras: Vec<Camera>,
+    /// What a ray meets that meets no surface.
+    pub sky: Sky,
+}
+
+/// A triangle mesh with one material. Attribute arrays are empty or as long as `positions`.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Name for messages: the glTF mesh and primitive, or the OBJ object.
+    pub name: String,
+    /// Object space, metres.
+    pub positions: Vec<Vec3>,
+    /// Object space, unit length; empty: the mesh is flat-shaded.
+    pub normals: Vec<Vec3>,
+    /// Object space, unit length; `w` is the bitangent's sign (`cross(n, t) * w`). Empty: none given.
+    pub tangents: Vec<Vec4>,
+    /// Texture coordinates, set 0 (glTF convention: (0, 0) is the image's top left).
+    pub uv0: Vec<Vec2>,
+    /// Texture coordinates, set 1.
+    pub uv1: Vec<Vec2>,
+    /// Linear RGBA factors on the base colour.
+    pub colors: Vec<Vec4>,
+    /// Three vertex indices a triangle, each below `positions.len()`.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+/// A mesh put into the world. Negative and non-uniform scales are allowed.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Index into [`Scene::meshes`].
+    pub mesh: usize,
+    /// Maps object space to world space.
+    pub world_from_object: Affine3A,
+}
+
+/// A glTF 2.0 metallic-roughness material.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// Name for messages.
+    pub name: String,
+    /// Linear RGB reflectance and alpha, each in 0..=1.
+    pub base_color: Vec4,
+    /// sRGB-encoded RGB with linear alpha; multiplies `base_color`.
+    pub base_color_texture: Option<TextureRef>,
+    /// 0 dielectric ..= 1 metal.
+    pub metallic: f32,
+    /// Perceptual roughness, 0..=1 (GGX α is its square).
+    pub roughness: f32,
+    /// Linear; roughness in G, metallic in B; multiplies both.
+    pub metallic_roughness_texture: Option<TextureRef>,
+    /// Linear tangent-space normals, `2·texel − 1`.
+    pub normal_texture: Option<TextureRef>,
+    /// Scale of the normal map's x and y.
+    pub normal_scale: f32,
+    /// Emitted radiance [W·sr⁻¹·m⁻²], strength included; not clamped to 1.
+    pub emission: Vec3,
+    /// sRGB-encoded; multiplies `emission`.
+    pub emission_texture: Option<TextureRef>,
+    /// Whether parts are cut away.
+    pub alpha: AlphaMode,
+    /// Whether emission leaves both faces. (Reflection always does, see the crate's conventions.)
+    pub double_sided: bool,
+}
+
+/// How alpha is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    #[default]
+    Opaque,
+    /// The surface is absent where alpha is below the cutoff.
+    Mask {
+        /// Compared with `base_color.a · texture.a · vertex.a`.
+        cutoff: f32,
+    },
+}
+
+/// A texture as a material uses it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextureRef {
+    /// Index into [`Scene::textures`].
+    pub texture: usize,
+    /// 0 or 1: which of the mesh's texture coordinates.
+    pub uv_set: u32,
+    /// `KHR_texture_transform`: maps the mesh's coordinates to the image's.
+    pub uv_from_mesh: Affine2,
+}
+
+/// An image with its sampler.
+#[derive(Clone, Debug)]
+pub struct Texture {
+    /// Index into [`Scene::images`].
+    pub image: usize,
+    /// Horizontal wrap mode.
+    pub wrap_u: Wrap,
+    /// Vertical wrap mode.
+    pub wrap_v: Wrap,
+    /// Whether magnification interpolates (`LINEAR`) or not (`NEAREST`).
+    pub filter: Filter,
+}
+
+/// What lies outside 0..1 of a texture coordinate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// The image again, mirrored every other time.
+    Mirror,
+    /// The edge texel.
+    Clamp,
+}
+
+/// Magnification filter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// Bilinear.
+    #[default]
+    Linear,
+    /// Nearest texel.
+    Nearest,
+}
+
+/// 8-bit RGBA pixels as stored in the file (not decoded from sRGB), row by row from the top.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Name for messages.
+    pub name: String,
+    /// Pixels per row, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// `width · height` texels.
+    pub rgba: Vec<[u8; 4]>,
+}
+
+/// A light without extent, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Light {
+    /// Shines alike in all directions.
+    Point {
+        /// Metres.
+        position: Vec3,
+        /// Radiant intensity [W·sr⁻¹].
+        intensity: Vec3,
+        /// glTF's range [m]: the light's window falls to 0 there.
+        range: Option<f32>,
+    },
+    /// Shines into a cone (`KHR_lights_punctual`'s falloff).
+    Spot {
+        /// Metres.
+        position: Vec3,
+        /// Unit vector along which light travels.
+        direction: Vec3,
+        /// Radiant intensity on the axis [W·sr⁻¹].
+        intensity: Vec3,
+        /// Half angle up to which intensity is full [rad], `0 ≤ inner < outer`.
+        inner: f32,
+        /// Half angle from which it is zero [rad], `≤ π/2`.
+        outer: f32,
+        /// glTF's range [m].
+        range: Option<f32>,
+    },
+    /// Shines from infinitely far.
+    Directional {
+        /// Unit vector along which light travels.
+        direction: Vec3,
+        /// Irradiance on a surface that faces the light [W·m⁻²].
+        irradiance: Vec3,
+    },
+}
+
+/// A camera in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Name, for `--camera NAME`.
+    pub name: String,
+    /// Metres.
+    pub position: Vec3,
+    /// Unit vector of the view direction.
+    pub forward: Vec3,
+    /// Unit vector, orthogonal to `forward`: up in the picture.
+    pub up: Vec3,
+    /// How directions become pixels.
+    pub projection: Projection,
+}
+
+/// A camera's projection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Pinhole.
+    Perspective {
+        /// Vertical field of view [rad], 0 < fov < π.
+        vertical_fov: f32,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Half the height of what is seen [m].
+        half_height: f32,
+    },
+}
+
+/// Radiance from infinitely far.
+#[derive(Clone, Debug)]
+pub enum Sky {
+    /// The same radiance [W·sr⁻¹·m⁻²] from everywhere; zero is black.
+    Constant(Vec3),
+    /// An equirectangular picture: top row +Y; u = 0 is −Z, 0.25 +X, 0.5 +Z, 0.75 −X.
+    Image {
+        /// Pixels per row, at least 1.
+        width: u32,
+        /// Rows, at least 1.
+        height: u32,
+        /// Radiance, row by row from the top; finite and not negative.
+        rgb: Vec<Vec3>,
+    },
+}
+
+impl Default for Sky {
+    fn default() -> Self {
+        Self::Constant(Vec3::ZERO)
+    }
+}
+
+impl Default for Material {
+    /// A white, rough dielectric. (glTF's own default is metallic; its loader says so explicitly.)
+    fn default() -> Self {
+        Self {
+            name: String::from("default"),
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            metallic: 0.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            emission: Vec3::ZERO,
+            emission_texture: None,
+            alpha: AlphaMode::Opaque,
+            double_sided: false,
+        }
+    }
+}
