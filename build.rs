@@ -1,0 +1,224 @@
+//! Checks every shader under `wgsl/`, generates the host bindings, and embeds the modules.
+//!
+//! All problems are reported together, with file, line and column; any problem fails the build.
+
+// Compiled into the crate as well, which uses the rest of it.
+#[allow(dead_code, unused_imports)]
+#[path = "src/shader/mod.rs"]
+mod shader;
+
+use shader::{CheckedKernel, CheckedTree, OVERLAYS, VARIANTS, Variant};
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::{env, fs, process};
+use wgsl_bindgen::{
+    GlamWgslTypeMap, WgslBindgenOptionBuilder, WgslShaderSourceType, WgslTypeSerializeStrategy,
+};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    println!("cargo::rerun-if-changed=wgsl");
+    println!("cargo::rerun-if-changed=src/shader");
+    println!("cargo::rerun-if-changed=build.rs");
+    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    let wgsl = root.join("wgsl");
+
+    // Relative names read better in messages; cargo runs build scripts in the package's folder.
+    let tree = match shader::check_tree(Path::new("wgsl"), VARIANTS) {
+        Ok(tree) => tree,
+        Err(problems) => {
+            for problem in &problems {
+                eprintln!("{problem}\n");
+            }
+            eprintln!("{} problem(s) in the shaders", problems.len());
+            process::exit(1);
+        }
+    };
+    for variant in VARIANTS {
+        let tree_dir = match variant.name {
+            "" => wgsl.clone(),
+            name => stage_overlay(&wgsl, &out, name)?,
+        };
+        generate_bindings(&tree, &tree_dir, &out, variant)?;
+    }
+    fs::write(out.join("modules.rs"), modules_table(&tree, &root)?)?;
+    fs::write(out.join("kernels.rs"), kernels_table(&tree, &root, &out)?)?;
+    Ok(())
+}
+
+/// Copies the tree with a variant's files in their places, for wgsl_bindgen reads only files.
+fn stage_overlay(wgsl: &Path, out: &Path, variant: &str) -> Result<PathBuf, Box<dyn Error>> {
+    let staged = out.join("staged").join(variant);
+    if staged.exists() {
+        fs::remove_dir_all(&staged)?;
+    }
+    copy_tree(wgsl, &staged)?;
+    copy_tree(&wgsl.join(OVERLAYS).join(variant), &staged)?;
+    Ok(staged)
+}
+
+fn copy_tree(from: &Path, to: &Path) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let target = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            copy_tree(&entry.path(), &target)?;
+        } else {
+            fs::copy(entry.path(), target)?;
+        }
+    }
+    Ok(())
+}
+
+fn generate_bindings(
+    tree: &CheckedTree,
+    tree_dir: &Path,
+    out: &Path,
+    variant: &Variant,
+) -> Result<(), Box<dyn Error>> {
+    let mut options = WgslBindgenOptionBuilder::default();
+    options
+        .workspace_root(tree_dir)
+        .module_import_root(shader::ROOT)
+        .serialization_strategy(WgslTypeSerializeStrategy::Bytemuck)
+        .type_map(GlamWgslTypeMap)
+        .shader_source_type(WgslShaderSourceType::EmbedSource)
+        .ir_capabilities(variant.capabilities)
+        .emit_rerun_if_change(false)
+        .skip_hash_check(true)
+        .output(out.join(format!("bindings{}.rs", suffix(variant.name))));
+    for kernel in tree.kernels.iter().filter(|kernel| kernel.variant == variant.name) {
+        let file = tree_dir.join(shader::KERNELS).join(format!("{}.wgsl", kernel.name));
+        options.add_entry_point(file.to_string_lossy());
+    }
+    options.build()?.generate()?;
+    Ok(())
+}
+
+fn suffix(variant: &str) -> String {
+    if variant.is_empty() { String::new() } else { format!("_{variant}") }
+}
+
+/// `&[Source]` of all modules that can be imported.
+fn modules_table(tree: &CheckedTree, root: &Path) -> Result<String, Box<dyn Error>> {
+    let mut text = String::from("&[\n");
+    for source in tree.library.iter() {
+        writeln!(
+            text,
+            "    Module {{ import_path: {:?}, file: {:?}, source: include_str!({:?}), imports: &{:?} }},",
+            source.import_path,
+            source.file,
+            root.join(&source.file),
+            source.imports(),
+        )?;
+    }
+    text.push_str("]\n");
+    Ok(text)
+}
+
+/// `&[Kernel]` of all kernels in all variants, with their composed WGSL.
+fn kernels_table(tree: &CheckedTree, root: &Path, out: &Path) -> Result<String, Box<dyn Error>> {
+    let mut text = String::from("&[\n");
+    for kernel in &tree.kernels {
+        let composed =
+            out.join("composed").join(kernel.variant).join(format!("{}.wgsl", kernel.name));
+        fs::create_dir_all(composed.parent().ok_or("no parent")?)?;
+        fs::write(&composed, composed_wgsl(kernel)?)?;
+        let r = &kernel.resources;
+        writeln!(
+            text,
+            "    Kernel {{ name: {:?}, variant: {:?}, file: {:?}, source: include_str!({:?}), composed: include_str!({:?}), imports: &{:?},",
+            kernel.name,
+            kernel.variant,
+            kernel.source.file,
+            root.join(&kernel.source.file),
+            composed,
+            kernel.source.imports(),
+        )?;
+        writeln!(
+            text,
+            "        resources: Resources {{ storage_buffers: {}, seam_storage_buffers: {}, storage_textures: {}, sampled_textures: {}, samplers: {}, uniform_buffers: {}, workgroup_invocations: {}, workgroup_bytes: {}, texture_atomics: {} }},",
+            r.storage_buffers,
+            r.seam_storage_buffers,
+            r.storage_textures,
+            r.sampled_textures,
+            r.samplers,
+            r.uniform_buffers,
+            r.workgroup_invocations,
+            r.workgroup_bytes,
+            r.texture_atomics,
+        )?;
+        text.push_str("        entry_points: &[");
+        for entry in &kernel.module.entry_points {
+            write!(
+                text,
+                "EntryPoint {{ name: {:?}, stage: {:?}, workgroup_size: {:?} }}, ",
+                entry.name,
+                format!("{:?}", entry.stage).to_lowercase(),
+                entry.workgroup_size,
+            )?;
+        }
+        text.push_str("],\n        bindings: &[\n");
+        for binding in bindings_of(&kernel.module) {
+            writeln!(text, "            {binding},")?;
+        }
+        text.push_str("        ] },\n");
+    }
+    text.push_str("]\n");
+    Ok(text)
+}
+
+fn bindings_of(module: &naga::Module) -> Vec<String> {
+    let mut rows: Vec<_> = module
+        .global_variables
+        .iter()
+        .filter_map(|(_, variable)| {
+            let binding = variable.binding?;
+            // Composed names carry the module in an encoded suffix.
+            let name = variable.name.as_deref().unwrap_or_default();
+            let name = name.split("X_naga_oil").next().unwrap_or_default();
+            let kind = match variable.space {
+                naga::AddressSpace::Uniform => "uniform buffer",
+                naga::AddressSpace::Storage { access }
+                    if access.contains(naga::StorageAccess::STORE) =>
+                {
+                    "storage buffer, read and write"
+                }
+                naga::AddressSpace::Storage { .. } => "storage buffer, read",
+                _ => match module.types[variable.ty].inner {
+                    naga::TypeInner::Sampler { .. } => "sampler",
+                    naga::TypeInner::AccelerationStructure { .. } => "acceleration structure",
+                    naga::TypeInner::Image { class: naga::ImageClass::Storage { .. }, .. } => {
+                        "storage texture"
+                    }
+                    _ => "texture",
+                },
+            };
+            Some((
+                binding.group,
+                binding.binding,
+                format!(
+                    "Binding {{ group: {}, binding: {}, name: {name:?}, kind: {kind:?} }}",
+                    binding.group, binding.binding
+                ),
+            ))
+        })
+        .collect();
+    rows.sort();
+    rows.into_iter().map(|(_, _, row)| row).collect()
+}
+
+fn composed_wgsl(kernel: &CheckedKernel) -> Result<String, Box<dyn Error>> {
+    let mut validator = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::all(),
+    );
+    let info = validator.validate(&kernel.module)?;
+    Ok(naga::back::wgsl::write_string(
+        &kernel.module,
+        &info,
+        naga::back::wgsl::WriterFlags::empty(),
+    )?)
+}

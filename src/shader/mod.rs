@@ -1,0 +1,29 @@
+//! Composing and checking WGSL: what the build script runs, and what a renderer that replaces
+//! parts of the host seam runs itself.
+//!
+//! * [`Library`]: a set of modules by import path; a file's path is its import path.
+//! * [`Library::compose`]: one kernel and everything that it imports, as validated naga IR.
+//! * [`check_tree`]: every rule of the layers and of the portability budget over a folder of WGSL,
+//!   reporting all problems with file, line and column.
+//!
+//! This folder is compiled twice, into the crate and into `build.rs`, so it uses nothing else of
+//! the crate.
+
+mod budget;
+mod check;
+mod layers;
+mod library;
+mod problem;
+mod scan;
+
+pub use budget::{Budget, Resources};
+pub use check::{CheckedKernel, CheckedTree, VARIANTS, Variant, check_tree, variant};
+pub use library::{Library, Source};
+pub use problem::{Problem, Rule};
+
+/// The import path's first segment, and the folder name under which kernels live.
+pub const ROOT: &str = "lucerna";
+/// Folder of the entry points, never imported.
+pub const KERNELS: &str = "kernels";
+/// Folder of the overlays that make variants.
+pub const OVERLAYS: &str = "variants";

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Host seam: the scene's data as lucerna keeps it, in bind group 0.
+//!
+//! A renderer with a scene of its own replaces the modules of `host/` that kernels ask (`rays`,
+//! `surface`, `lights`, `sky`) and need not have this one. Storage buffers: 4 here and 1 in
+//! `host/rays`.
+#define_import_path lucerna::host::scene
+
+/// No light, no triangle.
+const NONE: u32 = 0xffffffffu;
+
+/// The triangle's material cuts parts away by alpha.
+const TRIANGLE_ALPHA_TESTED: u32 = 1u;
+
+/// What does not change over a frame.
+struct SceneInfo {
+    /// World-space box of all triangles [m].
+    bounds_min: vec3<f32>,
+    n_triangles: u32,
+    bounds_max: vec3<f32>,
+    n_lights: u32,
+    /// Factor on the sky's image, or the radiance itself where there is none [W·sr⁻¹·m⁻²].
+    sky_radiance: vec3<f32>,
+    /// 1: the sky has an image.
+    sky_has_image: u32,
+    /// Texels of the sky's image.
+    sky_size: vec2<u32>,
+    /// Which of `lights` is the sky; NONE if it is black.
+    sky_light: u32,
+    /// 1: every surface is Lambert with the base colour as albedo.
+    diffuse_only: u32,
+}
+
+/// A triangle for rays, in world space and in the order of the BVH's leaves.
+struct Triangle {
+    corner_a: vec3<f32>,
+    /// TRIANGLE_ bits.
+    flags: u32,
+    corner_b: vec3<f32>,
+    /// Index into `materials`.
+    material: u32,
+    corner_c: vec3<f32>,
+    /// Index into `lights`, or NONE where the triangle does not shine.
+    light: u32,
+}
+
+/// What shading needs of a triangle, same order. Arrays run over the three corners.
+struct TriangleShading {
+    /// World-space normals, `octahedral::pack_direction`.
+    normals: vec3<u32>,
+    /// Bit 0: the bitangents are mirrored.
+    flags: u32,
+    /// World-space tangents, `octahedral::pack_direction`.
+    tangents: vec3<u32>,
+    reserved: u32,
+    /// Texture coordinates of sets 0 and 1, before texture transforms.
+    uv_first: array<vec2<f32>, 3>,
+    uv_second: array<vec2<f32>, 3>,
+    /// Linear RGBA, 2×`pack2x16unorm` a corner.
+    colors: array<vec2<u32>, 3>,
+}
+
+/// Where a material's texture lies in the atlas and how it is read.
+struct TextureSlot {
+    /// Image u = dot(row_u, (u, v, 1)).
+    row_u: vec3<f32>,
+    /// SLOT_ bits.
+    flags: u32,
+    row_v: vec3<f32>,
+    /// Array layer of the atlas.
+    layer: u32,
+    /// First texel of mip 0; mip 1 stands to the right of mip 0, each further one below the last.
+    origin: vec2<u32>,
+    /// Texels of mip 0; 0: there is no texture.
+    size: vec2<u32>,
+}
+
+/// Mirror instead of repeat, horizontally.
+const SLOT_MIRROR_U: u32 = 1u;
+/// Clamp to the edge instead of repeat, horizontally.
+const SLOT_CLAMP_U: u32 = 2u;
+const SLOT_MIRROR_V: u32 = 4u;
+const SLOT_CLAMP_V: u32 = 8u;
+/// No interpolation between texels.
+const SLOT_NEAREST: u32 = 16u;
+/// Read with the second set of texture coordinates.
+const SLOT_SECOND_UV: u32 = 32u;
+
+/// A glTF 2.0 metallic-roughness material.
+struct Material {
+    /// Linear RGBA.
+    base_color: vec4<f32>,
+    /// Radiance [W·sr⁻¹·m⁻²].
+    emission: vec3<f32>,
+    metallic: f32,
+    roughness: f32,
+    normal_scale: f32,
+    /// Present where alpha ≥ cutoff; negative: opaque.
+    alpha_cutoff: f32,
+    /// MATERIAL_ bits.
+    flags: u32,
+    base_color_texture: TextureSlot,
+    metallic_roughness_texture: TextureSlot,
+    normal_texture: TextureSlot,
+    emission_texture: TextureSlot,
+}
+
+/// Emission leaves both faces.
+const MATERIAL_DOUBLE_SIDED: u32 = 1u;
+
+/// Kinds of light.
+const LIGHT_POINT: u32 = 0u;
+const LIGHT_SPOT: u32 = 1u;
+const LIGHT_DIRECTIONAL: u32 = 2u;
+const LIGHT_TRIANGLE: u32 = 3u;
+const LIGHT_SKY: u32 = 4u;
+
+/// A light and its entry in the alias table from which lights are drawn.
+struct Light {
+    /// [m]; of point and spot.
+    position: vec3<f32>,
+    /// LIGHT_ constant.
+    kind: u32,
+    /// Along which light travels, unit length; of spot and directional.
+    direction: vec3<f32>,
+    /// Index into `triangles`; of triangles.
+    triangle: u32,
+    /// Radiant intensity [W·sr⁻¹]; irradiance [W·m⁻²] of directional.
+    intensity: vec3<f32>,
+    /// glTF's range [m]; 0: none.
+    range: f32,
+    /// Spot: intensity = I · clamp(cos·scale + offset, 0, 1)².
+    spot_scale: f32,
+    spot_offset: f32,
+    /// Probability with which the table draws this light.
+    probability: f32,
+    /// Alias table (Vose): keep this entry where the random number is below, else take `alias_ix`.
+    alias_threshold: f32,
+    alias_ix: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
+}
+
+@group(0) @binding(0) var<uniform> scene: SceneInfo;
+@group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
+@group(0) @binding(2) var<storage, read> triangle_shading: array<TriangleShading>;
+@group(0) @binding(3) var<storage, read> materials: array<Material>;
+@group(0) @binding(4) var<storage, read> lights: array<Light>;
+/// Every material texture with its mips; the same texels read as sRGB and as linear numbers.
+@group(0) @binding(5) var atlas_srgb: texture_2d_array<f32>;
+@group(0) @binding(6) var atlas_linear: texture_2d_array<f32>;
+/// Equirectangular radiance.
+@group(0) @binding(7) var sky_image: texture_2d<f32>;
+/// Cumulative distribution over the sky's texels: column 0 over the rows, then within each row.
+@group(0) @binding(8) var sky_distribution: texture_2d<f32>;

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Whether each of many rays meets anything.
+//!
+//! Dispatch: ceil(n/64) × 1 × 1. Workgroup memory: none.
+
+#import lucerna::host::rays::{Ray, any_hit}
+
+const WORKGROUP: u32 = 64u;
+
+struct BatchInfo {
+    n_rays: u32,
+    /// First ray of this dispatch.
+    first: u32,
+}
+
+@group(1) @binding(0) var<uniform> batch: BatchInfo;
+@group(1) @binding(1) var<storage, read> rays: array<Ray>;
+/// 1: the ray is blocked.
+@group(1) @binding(2) var<storage, read_write> blocked: array<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let ix = batch.first + id.x;
+    if ix >= batch.n_rays {
+        return;
+    }
+    blocked[ix] = select(0u, 1u, any_hit(rays[ix]));
+}

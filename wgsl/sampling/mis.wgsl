@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Multiple importance sampling of two strategies with one sample each.
+//!
+//! E. Veach, L. Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995.
+#define_import_path lucerna::sampling::mis
+
+/// Balance heuristic (eq. 14): the weight of a sample drawn with density `pdf` where the other
+/// strategy would have had `other_pdf`. Both ≥ 0 in the same measure; 0 if both are 0.
+fn balance_heuristic(pdf: f32, other_pdf: f32) -> f32 {
+    let sum = pdf + other_pdf;
+    return select(0.0, pdf / sum, sum > 0.0);
+}
+
+/// Power heuristic with exponent 2 (eq. 15). Densities up to f32's maximum do not overflow.
+fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
+    let largest = max(pdf, other_pdf);
+    if !(largest > 0.0) {
+        return 0.0;
+    }
+    let a = pdf / largest;
+    let b = other_pdf / largest;
+    return a * a / (a * a + b * b);
+}
