@@ -1,4 +1,10 @@
 //! lucerna: real-time global illumination as WGSL modules with generated host bindings.
 
+pub mod bindings;
+pub mod gpu;
 pub mod scene;
 pub mod shader;
+
+mod modules;
+
+pub use modules::{Binding, EntryPoint, Kernel, Module, kernels, library, modules};

@@ -1,0 +1,28 @@
+//! Host bindings generated from the WGSL by wgsl_bindgen: struct layouts, constants, workgroup
+//! sizes, bind group layouts, composed shader text.
+//!
+//! Structs and constants of modules lie under [`baseline::lucerna`], kernels under
+//! [`baseline::kernels`].
+
+macro_rules! generated {
+    ($(#[$doc:meta])* $name:ident, $file:literal) => {
+        $(#[$doc])*
+        #[allow(clippy::all, dead_code, missing_docs, unused_imports, rustdoc::all, non_snake_case)]
+        pub mod $name {
+            include!(concat!(env!("OUT_DIR"), "/", $file));
+        }
+    };
+}
+
+generated!(
+    /// Kernels for plain WebGPU.
+    baseline,
+    "bindings.rs"
+);
+generated!(
+    /// The kernels that trace rays, on hardware ray queries.
+    ray_query,
+    "bindings_ray_query.rs"
+);
+
+pub use baseline::lucerna::host;

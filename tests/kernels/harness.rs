@@ -1,0 +1,169 @@
+//! Runs WGSL functions over arrays of inputs on the GPU.
+
+use bytemuck::{AnyBitPattern, NoUninit};
+use lucerna::gpu::{AdapterChoice, Gpu};
+use lucerna::shader::Source;
+use naga::valid::Capabilities;
+use std::sync::OnceLock;
+use wgpu::util::DeviceExt;
+
+/// What outputs hold before a run: no kernel writes it by chance.
+const POISON: u32 = 0xdead_beef;
+
+/// The test process's device.
+pub fn gpu() -> &'static Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    GPU.get_or_init(|| {
+        let choice = AdapterChoice::Auto;
+        let (gpu, info) = pollster::block_on(Gpu::open(&choice)).expect("tests need an adapter");
+        eprintln!("adapter: {} ({:?}, {})", info.name, info.backend, info.driver_info);
+        gpu
+    })
+}
+
+/// Calls the WGSL function `map` once for each input.
+///
+/// `wgsl` holds imports, the structs `Input` and `Output` (or aliases of them), and
+/// `fn map(input: Input) -> Output`; `I` and `O` have the same layouts in storage buffers (mind
+/// that vec3 is aligned to 16 bytes). The outputs are poisoned first, and no output may stay so.
+pub fn map<I: NoUninit, O: AnyBitPattern + NoUninit>(wgsl: &str, inputs: &[I]) -> Vec<O> {
+    let text = format!(
+        "{wgsl}
+@group(0) @binding(0) var<storage, read> harness_inputs: array<Input>;
+@group(0) @binding(1) var<storage, read_write> harness_outputs: array<Output>;
+@compute @workgroup_size(64)
+fn harness_main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) n: vec3<u32>) {{
+    let ix = id.y * n.x * 64u + id.x;
+    if ix < arrayLength(&harness_inputs) {{
+        harness_outputs[ix] = map(harness_inputs[ix]);
+    }}
+}}
+"
+    );
+    let shader = compose(&text);
+    let gpu = gpu();
+    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("test"),
+        layout: None,
+        module: &shader,
+        entry_point: Some("harness_main"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let input_buffer = storage(bytemuck::cast_slice(inputs));
+    let output_bytes = inputs.len() * size_of::<O>();
+    let output_buffer = storage(bytemuck::cast_slice(&vec![POISON; output_bytes.div_ceil(4)]));
+    let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: input_buffer.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: output_buffer.as_entire_binding() },
+        ],
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        let groups = inputs.len().div_ceil(64) as u32;
+        pass.dispatch_workgroups(groups.min(32768), groups.div_ceil(32768), 1);
+    }
+    gpu.queue.submit([encoder.finish()]);
+    let bytes = read(&output_buffer);
+    let outputs: Vec<O> = bytes[..output_bytes]
+        .chunks_exact(size_of::<O>())
+        .map(bytemuck::pod_read_unaligned)
+        .collect();
+    for (ix, output) in outputs.iter().enumerate() {
+        let words: Vec<u32> =
+            bytemuck::bytes_of(output).chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        assert!(words.iter().any(|&word| word != POISON), "output {ix} was not written");
+    }
+    outputs
+}
+
+/// Composes test WGSL with lucerna's modules.
+pub fn compose(text: &str) -> wgpu::ShaderModule {
+    let source = Source {
+        import_path: "test".into(),
+        file: "test.wgsl".into(),
+        text: text.to_owned().into(),
+    };
+    let module = lucerna::library()
+        .compose(&source, Capabilities::empty())
+        .unwrap_or_else(|problems| panic!("{}", problems[0]));
+    let info =
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), Capabilities::empty())
+            .validate(&module)
+            .expect("composed modules are valid");
+    let wgsl =
+        naga::back::wgsl::write_string(&module, &info, naga::back::wgsl::WriterFlags::empty())
+            .expect("valid modules can be written");
+    gpu().device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("test"),
+        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+    })
+}
+
+/// A storage buffer with these bytes (at least 16, for bindings are never empty).
+pub fn storage(bytes: &[u8]) -> wgpu::Buffer {
+    let mut padded = bytes.to_vec();
+    padded.resize(bytes.len().max(16).next_multiple_of(4), 0);
+    gpu().device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("test"),
+        contents: &padded,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+    })
+}
+
+/// A buffer's bytes, after all submitted work.
+pub fn read(buffer: &wgpu::Buffer) -> Vec<u8> {
+    let gpu = gpu();
+    let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+    gpu.queue.submit([encoder.finish()]);
+    staging
+        .slice(..)
+        .map_async(wgpu::MapMode::Read, |result| result.expect("mapping a test buffer"));
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
+    staging.slice(..).get_mapped_range().expect("mapped above").to_vec()
+}
+
+/// Seeded random numbers for inputs: SplitMix64 (S. Vigna).
+pub struct Random(pub u64);
+
+impl Random {
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1), a multiple of 2⁻²⁴ (exact in f32).
+    pub fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1 << 24) as f32
+    }
+
+    /// Uniform in [low, high).
+    pub fn range(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Uniformly distributed over the sphere, normalised in f64.
+    pub fn direction(&mut self) -> glam::Vec3 {
+        let z = 2.0 * f64::from(self.unit()) - 1.0;
+        let phi = std::f64::consts::TAU * f64::from(self.unit());
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        glam::DVec3::new(r * phi.cos(), r * phi.sin(), z).as_vec3()
+    }
+}
