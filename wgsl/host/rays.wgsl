@@ -52,7 +52,7 @@ struct BvhNode {
 @group(0) @binding(9) var<storage, read> bvh_nodes: array<BvhNode>;
 
 /// Groups that wait; the host refuses a deeper tree.
-const STACK_SIZE: u32 = 24u;
+const STACK_SIZE: u32 = 32u;
 
 /// What of a ray the boxes need.
 struct BoxRay {

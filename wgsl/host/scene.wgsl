@@ -29,6 +29,11 @@ struct SceneInfo {
     sky_light: u32,
     /// 1: every surface is Lambert with the base colour as albedo.
     diffuse_only: u32,
+    /// Lights that a ray can hit: emissive triangles and the sky.
+    n_hittable_lights: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
 }
 
 /// A triangle for rays, in world space and in the order of the BVH's leaves.
