@@ -2,6 +2,7 @@
 
 pub mod bindings;
 pub mod gpu;
+pub mod picture;
 pub mod scene;
 pub mod shader;
 
