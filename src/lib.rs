@@ -1,6 +1,8 @@
 //! lucerna: real-time global illumination as WGSL modules with generated host bindings.
 
 pub mod bindings;
+#[cfg(feature = "cli")]
+pub mod compare;
 pub mod gpu;
 pub mod picture;
 pub mod scene;
