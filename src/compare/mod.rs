@@ -21,7 +21,7 @@ use crate::picture::{Picture, PictureError, srgb};
 
 pub use flip::{PIXELS_PER_DEGREE, difference_picture};
 
-/// The most pixels that are compared: 2²⁵, which holds 8K UHD. FLIP takes about 150 bytes for each.
+/// The most pixels that are compared: 2²⁵, which holds 8K UHD. The work takes about 80 bytes for each.
 pub const MAX_COMPARED_PIXELS: usize = 1 << 25;
 
 /// Rec. 709 luminance of linear RGB (the weights of IEC 61966-2-1).
