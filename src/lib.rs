@@ -1,7 +1,10 @@
 //! lucerna: real-time global illumination as WGSL modules with generated host bindings.
 
 pub mod bindings;
+#[cfg(feature = "cli")]
+pub mod compare;
 pub mod gpu;
+pub mod picture;
 pub mod scene;
 pub mod shader;
 
