@@ -8,6 +8,8 @@ mod front;
 mod mtl;
 mod polygon;
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use glam::{Affine3A, Vec2, Vec3};
@@ -63,9 +65,7 @@ pub(super) fn load(
     let mut scene = Scene::default();
     let mut maker = mtl::Maker::new(folder, limits);
     let mut materials = vec![None; n_materials + 1];
-    for model in models {
-        let material = model.mesh.material_id;
-        let mesh = mesh(model, &mut lines, limits, &mut problems);
+    for (mesh, material) in merged(models, &mut lines, limits, &mut problems) {
         let Some(mut mesh) = clean(mesh, &mut warnings) else {
             continue;
         };
@@ -106,6 +106,56 @@ pub(super) fn load(
         scene,
         warnings: warnings.into_vec(),
     })
+}
+
+/// One mesh for all that an object has of one material: files switch to and fro by the thousand.
+/// Parts without normals are not mixed with parts that have them, as they are flat.
+fn merged(
+    models: Vec<tobj::Model>,
+    lines: &mut impl Iterator<Item = usize>,
+    limits: &LoadLimits,
+    problems: &mut Problems,
+) -> Vec<(Mesh, Option<usize>)> {
+    let mut meshes: Vec<(Mesh, Option<usize>)> = Vec::new();
+    let mut known: HashMap<(String, Option<usize>, [bool; 3]), usize> = HashMap::new();
+    for model in models {
+        let material = model.mesh.material_id;
+        let part = mesh(model, lines, limits, problems);
+        let has = [
+            !part.normals.is_empty(),
+            !part.uv0.is_empty(),
+            !part.colors.is_empty(),
+        ];
+        match known.entry((part.name.clone(), material, has)) {
+            Entry::Occupied(mut entry) => {
+                let whole = &mut meshes[*entry.get()].0;
+                let n_vertices = whole.positions.len() + part.positions.len();
+                match u32::try_from(n_vertices) {
+                    Ok(_) => append(whole, part),
+                    Err(_) => {
+                        entry.insert(meshes.len());
+                        meshes.push((part, material));
+                    }
+                }
+            }
+            Entry::Vacant(entry) => {
+                entry.insert(meshes.len());
+                meshes.push((part, material));
+            }
+        }
+    }
+    meshes
+}
+
+/// Both have the same attributes, and together fewer than 2³² vertices.
+fn append(whole: &mut Mesh, part: Mesh) {
+    let first = whole.positions.len() as u32;
+    let shifted = part.triangles.iter().map(|t| t.map(|i| i + first));
+    whole.triangles.extend(shifted);
+    whole.positions.extend(part.positions);
+    whole.normals.extend(part.normals);
+    whole.uv0.extend(part.uv0);
+    whole.colors.extend(part.colors);
 }
 
 fn mesh(
