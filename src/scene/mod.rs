@@ -4,7 +4,27 @@
 //! read from a file by [`Scene::load`] or put together by hand, and given to the GPU by
 //! [`crate::gpu_scene::GpuScene`].
 
+mod clean;
+mod error;
+mod gltf;
+mod image;
+mod limits;
+mod load;
+mod obj;
+mod resource;
+
 use glam::{Affine2, Affine3A, Vec2, Vec3, Vec4};
+
+pub use self::error::{
+    Attribute, DataProblem, DropReason, ErrorKind, ImageError, LineProblem, ResourceError,
+    SceneError, Warning,
+};
+pub use self::limits::LoadLimits;
+pub use self::load::Loaded;
+
+/// No coordinate of a loaded scene is larger [m], neither in object nor in world space: squares of
+/// cross products stay finite in 32-bit floats up to here.
+pub const MAX_COORDINATE: f32 = 1e9;
 
 /// Everything that light can meet.
 #[derive(Clone, Debug, Default)]
