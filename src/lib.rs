@@ -2,9 +2,13 @@
 
 pub mod bindings;
 #[cfg(feature = "cli")]
+pub mod blocking;
+#[cfg(feature = "cli")]
 pub mod compare;
 pub mod gpu;
+pub mod gpu_scene;
 pub mod picture;
+pub mod reference;
 pub mod scene;
 pub mod shader;
 
