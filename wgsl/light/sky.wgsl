@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Equirectangular maps of directions.
+//!
+//! World space, +Y up. v = 0 (top row) is +Y, v = 1 is −Y; u = 0 is −Z, 0.25 +X, 0.5 +Z, 0.75 −X.
+//! Solid angle of du·dv: 2π²·sin(πv).
+#define_import_path lucerna::light::sky
+
+#import lucerna::math::constants::{PI, TWO_PI, INV_PI, INV_TWO_PI}
+
+/// Where a direction stands in the map: u in [0, 1), v in [0, 1]. u of ±Y is 0 or 0.5.
+///
+/// `direction`: finite, not zero; its length does not matter.
+fn uv_from_direction(direction: vec3<f32>) -> vec2<f32> {
+    let turn = atan2(direction.x, -direction.z) * INV_TWO_PI;
+    let u = select(turn, turn + 1.0, turn < 0.0);
+    // From both legs: the angle keeps its accuracy at the poles, where acos has none.
+    let v = atan2(length(direction.xz), direction.y) * INV_PI;
+    // A tiny negative turn rounds up to 1.
+    return vec2<f32>(select(u, 0.0, u >= 1.0), clamp(v, 0.0, 1.0));
+}
+
+/// The unit vector of a point of the map; u repeats with period 1, v lies in [0, 1].
+fn direction_from_uv(uv: vec2<f32>) -> vec3<f32> {
+    let phi = TWO_PI * uv.x;
+    let theta = PI * uv.y;
+    let radius = sin(theta);
+    return vec3<f32>(radius * sin(phi), cos(theta), -radius * cos(phi));
+}
