@@ -57,7 +57,11 @@ pub fn read_film(gpu: &Gpu, film: &Film) -> Result<Vec<PixelSums>, LostGpu> {
     let mut sums = Vec::new();
     for stripe in film.stripes() {
         let bytes = read_buffer(gpu, &stripe.sums)?;
-        sums.extend(bytes.chunks_exact(size_of::<PixelSums>()).map(bytemuck::pod_read_unaligned::<PixelSums>));
+        sums.extend(
+            bytes
+                .chunks_exact(size_of::<PixelSums>())
+                .map(bytemuck::pod_read_unaligned::<PixelSums>),
+        );
     }
     Ok(sums)
 }
@@ -110,7 +114,8 @@ pub fn render_reference(
     let timer = PassTimer::new(gpu);
     let pixels = u64::from(settings.size.x) * u64::from(settings.size.y);
     let total = pixels * u64::from(n_samples);
-    let mut stats = RenderStats { gpu_time: timer.as_ref().map(|_| Duration::ZERO), ..Default::default() };
+    let mut stats =
+        RenderStats { gpu_time: timer.as_ref().map(|_| Duration::ZERO), ..Default::default() };
     let mut done = 0;
     let started = Instant::now();
     // Pixel samples a dispatch; the first ones are small, for their speed is not known.
@@ -120,13 +125,17 @@ pub fn render_reference(
         // Whole rows, as many as the budget holds; several samples at once when it holds the picture.
         let batch = ((budget / pixels as f64) as u32).clamp(1, n_samples - first_sample);
         for stripe in 0..film.stripes().len() {
-            let (mut row, n_rows) = (film.stripes()[stripe].first_row, film.stripes()[stripe].n_rows);
+            let (mut row, n_rows) =
+                (film.stripes()[stripe].first_row, film.stripes()[stripe].n_rows);
             let end = row + n_rows;
             while row < end {
                 let row_samples = f64::from(settings.size.x) * f64::from(batch);
-                let rows = ((budget / row_samples) as u32).next_multiple_of(8).clamp(8, (end - row).max(8));
+                let rows = ((budget / row_samples) as u32)
+                    .next_multiple_of(8)
+                    .clamp(8, (end - row).max(8));
                 let rows = rows.min(end - row);
-                let work = Work { stripe, first_row: row, n_rows: rows, first_sample, n_samples: batch };
+                let work =
+                    Work { stripe, first_row: row, n_rows: rows, first_sample, n_samples: batch };
                 let begun = Instant::now();
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
                 let writes = timer.as_ref().map(PassTimer::writes);
@@ -144,7 +153,8 @@ pub fn render_reference(
                 row += rows;
                 stats.n_dispatches += 1;
                 // At most eight times as much as the last: the first dispatch also compiles.
-                let ideal = samples as f64 * DISPATCH_TIME.as_secs_f64() / begun.elapsed().as_secs_f64();
+                let ideal =
+                    samples as f64 * DISPATCH_TIME.as_secs_f64() / begun.elapsed().as_secs_f64();
                 budget = ideal.clamp(1024.0, samples as f64 * 8.0);
                 if !keep_going(Progress { done, total }) && done < total {
                     stats.stopped = true;
@@ -198,7 +208,8 @@ impl PassTimer {
 
     fn read(&self, gpu: &Gpu) -> Result<Duration, LostGpu> {
         let bytes = read_buffer(gpu, &self.resolved)?;
-        let [begin, end] = [0, 8].map(|at| u64::from_ne_bytes(std::array::from_fn(|k| bytes[at + k])));
+        let [begin, end] =
+            [0, 8].map(|at| u64::from_ne_bytes(std::array::from_fn(|k| bytes[at + k])));
         Ok(Duration::from_nanos((end.saturating_sub(begin) as f64 * self.period) as u64))
     }
 }

@@ -14,4 +14,6 @@ pub mod shader;
 
 mod modules;
 
-pub use modules::{Binding, EntryPoint, Kernel, Module, kernels, library, modules};
+pub use modules::{
+    Binding, EntryPoint, Kernel, Module, kernels, library, modules, variant_library,
+};

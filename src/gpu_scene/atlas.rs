@@ -84,7 +84,11 @@ impl Atlas {
                     let image = scene.textures[texture.texture].image;
                     blocks.entry((image, encoding)).or_insert_with(|| {
                         // The block is half as wide again as its image.
-                        block_of(&scene.images[image], encoding, limits.max_texture_dimension_2d / 3 * 2)
+                        block_of(
+                            &scene.images[image],
+                            encoding,
+                            limits.max_texture_dimension_2d / 3 * 2,
+                        )
                     });
                 }
             }
@@ -140,7 +144,12 @@ impl Atlas {
     }
 
     /// How a material reads a texture.
-    pub fn slot(&self, scene: &Scene, reference: &TextureRef, encoding: Encoding) -> wgsl::TextureSlot {
+    pub fn slot(
+        &self,
+        scene: &Scene,
+        reference: &TextureRef,
+        encoding: Encoding,
+    ) -> wgsl::TextureSlot {
         let texture = &scene.textures[reference.texture];
         let place = self.places.get(&(texture.image, encoding)).copied().unwrap_or_default();
         let wrap = |mode, mirror, clamp| match mode {
@@ -260,7 +269,12 @@ fn shrink(mip: &Mip, size: UVec2, encoding: Encoding) -> Mip {
                 }
             }
             let [r, g, b, a] = sum;
-            rgba.push([encode(r, encoding), encode(g, encoding), encode(b, encoding), encode(a, Encoding::Linear)]);
+            rgba.push([
+                encode(r, encoding),
+                encode(g, encoding),
+                encode(b, encoding),
+                encode(a, Encoding::Linear),
+            ]);
         }
     }
     Mip { size, rgba }
@@ -307,7 +321,8 @@ mod tests {
     use super::*;
 
     fn image(width: u32, height: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
-        let rgba = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y));
+        let rgba =
+            (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y));
         Image { name: "test".into(), width, height, rgba: rgba.collect() }
     }
 
@@ -338,7 +353,11 @@ mod tests {
             let block = block_of(&image(width, height, |_, _| [9; 4]), Encoding::Linear, 4096);
             let size = block.size();
             for (mip, offset) in block.mips.iter().zip(block.offsets()) {
-                assert!((offset + mip.size).cmple(size).all(), "{width}×{height}: {offset} {}", mip.size);
+                assert!(
+                    (offset + mip.size).cmple(size).all(),
+                    "{width}×{height}: {offset} {}",
+                    mip.size
+                );
             }
         }
     }

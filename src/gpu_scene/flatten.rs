@@ -45,11 +45,8 @@ impl WorldTriangles {
             let mesh = &scene.meshes[instance.mesh];
             let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
             for triangle_ix in 0..mesh.triangles.len() {
-                let origin = Origin {
-                    instance: instance_ix as u32,
-                    triangle: triangle_ix as u32,
-                    mirrored,
-                };
+                let origin =
+                    Origin { instance: instance_ix as u32, triangle: triangle_ix as u32, mirrored };
                 let corners = origin
                     .vertices(scene)
                     .map(|v| instance.world_from_object.transform_point3(mesh.positions[v]));
@@ -153,12 +150,15 @@ fn shading_triangle(scene: &Scene, corners: &[Vec3; 3], origin: Origin) -> wgsl:
         normals: UVec3::from(normals.map(pack_direction)),
         flags: u32::from(mirrored_uv),
         tangents: UVec3::from(
-            tangents.map(|t| pack_direction(t.try_normalize().unwrap_or(flat.any_orthonormal_vector()))),
+            tangents.map(|t| {
+                pack_direction(t.try_normalize().unwrap_or(flat.any_orthonormal_vector()))
+            }),
         ),
         reserved: 0,
         uv_first,
         uv_second,
         colors: vertices.map(|v| pack_color(mesh.colors.get(v).copied().unwrap_or(Vec4::ONE))),
+        reserved_pair: UVec2::ZERO,
     }
 }
 
@@ -210,7 +210,10 @@ pub(super) fn materials(scene: &Scene, atlas: &Atlas) -> Vec<wgsl::Material> {
             },
             flags: if material.double_sided { wgsl::MATERIAL_DOUBLE_SIDED } else { 0 },
             base_color_texture: slot(&material.base_color_texture, Encoding::Srgb),
-            metallic_roughness_texture: slot(&material.metallic_roughness_texture, Encoding::Linear),
+            metallic_roughness_texture: slot(
+                &material.metallic_roughness_texture,
+                Encoding::Linear,
+            ),
             normal_texture: slot(&material.normal_texture, Encoding::Linear),
             emission_texture: slot(&material.emission_texture, Encoding::Srgb),
         })

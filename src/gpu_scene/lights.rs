@@ -165,13 +165,10 @@ fn fill_alias_table(entries: &mut [wgsl::Light], powers: &[f32]) {
     let n = entries.len();
     let probabilities: Vec<f64> = powers
         .iter()
-        .map(|&p| {
-            if p > 0.0 { 0.5 * f64::from(p) / total + 0.5 / shining as f64 } else { 0.0 }
-        })
+        .map(|&p| if p > 0.0 { 0.5 * f64::from(p) / total + 0.5 / shining as f64 } else { 0.0 })
         .collect();
     let mut scaled: Vec<f64> = probabilities.iter().map(|p| p * n as f64).collect();
-    let (mut small, mut large): (Vec<usize>, Vec<usize>) =
-        (0..n).partition(|&ix| scaled[ix] < 1.0);
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&ix| scaled[ix] < 1.0);
     for (ix, entry) in entries.iter_mut().enumerate() {
         entry.probability = probabilities[ix] as f32;
         entry.alias_threshold = 1.0;
@@ -196,7 +193,8 @@ mod tests {
     /// threshold and what the others leave over. Tolerance: f32 rounding of n thresholds.
     #[test]
     fn alias_table_gives_the_stated_probabilities() {
-        let powers: Vec<f32> = (0..1000).map(|k| if k % 7 == 0 { 0.0 } else { (k * k) as f32 }).collect();
+        let powers: Vec<f32> =
+            (0..1000).map(|k| if k % 7 == 0 { 0.0 } else { (k * k) as f32 }).collect();
         let mut entries = vec![NO_LIGHT; powers.len()];
         fill_alias_table(&mut entries, &powers);
         let n = entries.len() as f64;

@@ -149,19 +149,18 @@ impl GpuScene {
             RaySource::Software => {
                 let node_buffer = storage(gpu, "BVH nodes", bvh.nodes(), smaller)?;
                 let layout = seam::WgpuBindGroup0::get_bind_group_layout(&gpu.device);
-                let entries =
-                    seam::WgpuBindGroup0Entries::new(seam::WgpuBindGroup0EntriesParams {
-                        scene: info_buffer.as_entire_buffer_binding(),
-                        triangles: triangle_buffer.as_entire_buffer_binding(),
-                        triangle_shading: shading_buffer.as_entire_buffer_binding(),
-                        materials: material_buffer.as_entire_buffer_binding(),
-                        lights: light_buffer.as_entire_buffer_binding(),
-                        atlas_srgb: &atlas.srgb,
-                        atlas_linear: &atlas.linear,
-                        sky_image: &sky.image,
-                        sky_distribution: &sky.distribution,
-                        bvh_nodes: node_buffer.as_entire_buffer_binding(),
-                    });
+                let entries = seam::WgpuBindGroup0Entries::new(seam::WgpuBindGroup0EntriesParams {
+                    scene: info_buffer.as_entire_buffer_binding(),
+                    triangles: triangle_buffer.as_entire_buffer_binding(),
+                    triangle_shading: shading_buffer.as_entire_buffer_binding(),
+                    materials: material_buffer.as_entire_buffer_binding(),
+                    lights: light_buffer.as_entire_buffer_binding(),
+                    atlas_srgb: &atlas.srgb,
+                    atlas_linear: &atlas.linear,
+                    sky_image: &sky.image,
+                    sky_distribution: &sky.distribution,
+                    bvh_nodes: node_buffer.as_entire_buffer_binding(),
+                });
                 let group = seam::WgpuBindGroup0::from_bindings(&gpu.device, entries);
                 (layout, group.inner().clone(), None)
             }

@@ -37,7 +37,9 @@ impl SkyTextures {
         if width + 1 > limit || height > limit {
             return Err(GpuSceneError::TextureLimit {
                 what: "the sky's image",
-                detail: format!("{width}×{height} texels, and the device holds {limit} a side (one less in width)"),
+                detail: format!(
+                    "{width}×{height} texels, and the device holds {limit} a side (one less in width)"
+                ),
                 advice: "scale the image down",
             });
         }

@@ -10,9 +10,9 @@ mod film;
 use crate::bindings::baseline;
 use crate::bindings::baseline::kernels::reference::path_trace as kernel;
 use crate::bindings::baseline::lucerna::reference::path::PathSettings;
-use crate::bindings::ray_query;
 use crate::gpu::Gpu;
-use crate::gpu_scene::{GpuScene, RaySource};
+use crate::gpu_scene::GpuScene;
+use crate::modules::shader_module;
 use crate::scene::Camera;
 use glam::UVec2;
 use wgpu::util::DeviceExt;
@@ -59,12 +59,7 @@ impl PathTracer {
     /// Compiles the kernel for the scene's [`RaySource`]; it serves every scene of the same source.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Self {
         let device = &gpu.device;
-        let module = match scene.rays() {
-            RaySource::Software => kernel::create_shader_module_embed_source(device),
-            RaySource::RayQuery => {
-                ray_query::kernels::reference::path_trace::create_shader_module_embed_source(device)
-            }
-        };
+        let module = shader_module(gpu, "reference/path_trace", scene.rays());
         let layout = kernel::WgpuBindGroup1::get_bind_group_layout(device);
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("reference/path_trace"),
@@ -111,7 +106,8 @@ impl PathTracer {
                 usage: wgpu::BufferUsages::UNIFORM,
             })
         };
-        let camera = uniform("camera", bytemuck::bytes_of(&camera::for_size(camera, settings.size)));
+        let camera =
+            uniform("camera", bytemuck::bytes_of(&camera::for_size(camera, settings.size)));
         let path_settings = uniform(
             "path settings",
             bytemuck::bytes_of(&PathSettings {

@@ -55,6 +55,8 @@ pub struct CheckedKernel {
 pub struct CheckedTree {
     /// Modules (not kernels) of the baseline.
     pub library: Library,
+    /// Modules of the variants: the variant's name, and the module under the path that it replaces.
+    pub overlays: Vec<(String, Source)>,
     /// All kernels in all their variants.
     pub kernels: Vec<CheckedKernel>,
 }
@@ -120,6 +122,7 @@ pub fn check_tree(dir: &Path, variants: &[Variant]) -> Result<CheckedTree, Vec<P
             checked.library = library;
         }
     }
+    checked.overlays = overlays;
     problems.sort_by(|a, b| {
         (&a.file, a.line, a.column, a.rule).cmp(&(&b.file, b.line, b.column, b.rule))
     });

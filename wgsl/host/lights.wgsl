@@ -11,9 +11,9 @@
 #import lucerna::host::scene::{LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL, LIGHT_TRIANGLE, LIGHT_SKY}
 #import lucerna::host::sky::{sample_sky, pdf_sky}
 #import lucerna::host::surface::emission_at
-#import lucerna::light::punctual::{sample_point_light, sample_spot_light, sample_directional_light}
+#import lucerna::light::punctual::{PunctualSample, sample_point_light, sample_spot_light, sample_directional_light}
+#import lucerna::light::triangle::{sample_triangle_light, pdf_triangle_light, triangle_area_vector}
 #import lucerna::math::constants::FLOAT_MAX
-#import lucerna::sampling::triangle::sample_uniform_triangle
 
 /// Light that may arrive at a point.
 struct LightSample {
@@ -58,8 +58,10 @@ fn sample_light(at: vec3<f32>, u: vec4<f32>) -> LightSample {
         out.weight = found.normal_irradiance / light.probability;
         return out;
     }
-    var found = sample_point_light(light.position, light.intensity, light.range, at);
-    if light.kind == LIGHT_SPOT {
+    var found: PunctualSample;
+    if light.kind == LIGHT_POINT {
+        found = sample_point_light(light.position, light.intensity, light.range, at);
+    } else if light.kind == LIGHT_SPOT {
         found = sample_spot_light(
             light.position,
             light.direction,
@@ -82,30 +84,19 @@ fn sample_emitter(triangle_ix: u32, at: vec3<f32>, u: vec2<f32>, probability: f3
     let a = triangles[triangle_ix].corner_a;
     let b = triangles[triangle_ix].corner_b;
     let c = triangles[triangle_ix].corner_c;
-    let weights = sample_uniform_triangle(u);
-    let place = interpolate_vec3(a, b, c, weights);
-    let across = cross(b - a, c - a);
-    let normal = normalize(across);
-    let offset = place - at;
-    let distance = length(offset);
-    var out = LightSample(vec3<f32>(0.0, 1.0, 0.0), distance, place, 0.0, vec3<f32>(0.0));
-    if !(distance > 0.0) {
-        return out;
-    }
-    out.direction = offset / distance;
-    let cosine = -dot(out.direction, normal);
+    let drawn = sample_triangle_light(a, b, c, at, u);
+    var out = LightSample(drawn.to_light, drawn.distance, at, drawn.pdf * probability, vec3<f32>(0.0));
     let double_sided = (materials[triangles[triangle_ix].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
-    if cosine > 0.0 || (double_sided && cosine < 0.0) {
-        out.pdf = probability * density_of_area(across, distance, cosine);
-        out.weight = emission_at(triangle_ix, weights) / out.pdf;
-        out.place = offset_ray_origin(place, interpolation_error(a, b, c), normal, -out.direction);
+    if out.pdf > 0.0 && (drawn.cosine > 0.0 || double_sided) {
+        out.weight = emission_at(triangle_ix, drawn.barycentrics) / out.pdf;
+        out.place = offset_ray_origin(
+            interpolate_vec3(a, b, c, drawn.barycentrics),
+            interpolation_error(a, b, c),
+            normalize(triangle_area_vector(a, b, c)),
+            -drawn.to_light,
+        );
     }
     return out;
-}
-
-/// Uniform by area, as density by solid angle: d² / (|cos| · area). `across`: edge × edge.
-fn density_of_area(across: vec3<f32>, distance: f32, cosine: f32) -> f32 {
-    return distance * distance / (abs(cosine) * 0.5 * length(across));
 }
 
 /// The density with which [`sample_light`] would have drawn a point of an emissive triangle that a
@@ -116,9 +107,9 @@ fn pdf_of_emitter(triangle_ix: u32, direction: vec3<f32>, distance: f32) -> f32 
         return 0.0;
     }
     let a = triangles[triangle_ix].corner_a;
-    let across = cross(triangles[triangle_ix].corner_b - a, triangles[triangle_ix].corner_c - a);
-    let cosine = dot(direction, normalize(across));
-    return lights[light_ix].probability * density_of_area(across, distance, cosine);
+    let b = triangles[triangle_ix].corner_b;
+    let c = triangles[triangle_ix].corner_c;
+    return lights[light_ix].probability * pdf_triangle_light(a, b, c, direction, distance);
 }
 
 /// The density with which [`sample_light`] would have drawn a direction of the sky [sr⁻¹].

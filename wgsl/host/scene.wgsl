@@ -63,6 +63,7 @@ struct TriangleShading {
     uv_second: array<vec2<f32>, 3>,
     /// Linear RGBA, 2×`pack2x16unorm` a corner.
     colors: array<vec2<u32>, 3>,
+    reserved_pair: vec2<u32>,
 }
 
 /// Where a material's texture lies in the atlas and how it is read.

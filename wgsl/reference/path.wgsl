@@ -8,7 +8,8 @@
 //! *direct* by one reflection, *indirect* by more.
 #define_import_path lucerna::reference::path
 
-#import lucerna::bsdf::lambert::evaluate_lambert
+#import lucerna::bsdf::bsdf_sample::BsdfSample
+#import lucerna::bsdf::lambert::{evaluate_lambert, pdf_lambert, sample_lambert}
 #import lucerna::bsdf::metallic_roughness::{MetallicRoughness, metallic_roughness}
 #import lucerna::bsdf::metallic_roughness::{evaluate_metallic_roughness, pdf_metallic_roughness, sample_metallic_roughness}
 #import lucerna::camera::primary_ray::{Camera, primary_ray}
@@ -22,7 +23,6 @@
 #import lucerna::math::float::all_finite
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::math::vector::max_component
-#import lucerna::sampling::hemisphere::{sample_cosine_hemisphere, pdf_cosine_hemisphere}
 #import lucerna::sampling::mis::power_heuristic
 #import lucerna::sampling::pcg::random_vec4
 
@@ -125,28 +125,17 @@ fn evaluate(scattering: Scattering, to_light: vec3<f32>) -> vec3<f32> {
 /// Density with which [`scatter`] draws a direction [sr⁻¹].
 fn scattering_pdf(scattering: Scattering, to_light: vec3<f32>) -> f32 {
     if scattering.lambert {
-        return pdf_cosine_hemisphere(to_light.z);
+        return pdf_lambert(to_light.z);
     }
     return pdf_metallic_roughness(scattering.material, scattering.to_viewer, to_light);
 }
 
-/// A drawn direction.
-struct Scattered {
-    direction: vec3<f32>,
-    /// f · cosine / pdf.
-    weight: vec3<f32>,
-    /// [sr⁻¹]; 0: the path ends.
-    pdf: f32,
-}
-
 /// Draws a direction in the local frame.
-fn scatter(scattering: Scattering, u: vec3<f32>) -> Scattered {
+fn scatter(scattering: Scattering, u: vec3<f32>) -> BsdfSample {
     if scattering.lambert {
-        let direction = sample_cosine_hemisphere(u.xy);
-        return Scattered(direction, scattering.material.base_color, pdf_cosine_hemisphere(direction.z));
+        return sample_lambert(scattering.material.base_color, u.xy);
     }
-    let drawn = sample_metallic_roughness(scattering.material, scattering.to_viewer, u);
-    return Scattered(drawn.direction, drawn.weight, drawn.pdf);
+    return sample_metallic_roughness(scattering.material, scattering.to_viewer, u);
 }
 
 /// Follows paths through one pixel and adds them to its sums.

@@ -104,17 +104,12 @@ pub(super) fn lines<'a>(
                 },
                 Cow::Owned(bytes) => match String::from_utf8(bytes) {
                     Ok(text) => (Cow::Owned(text), true),
-                    Err(e) => (
-                        Cow::Owned(String::from_utf8_lossy(e.as_bytes()).into_owned()),
-                        false,
-                    ),
+                    Err(e) => {
+                        (Cow::Owned(String::from_utf8_lossy(e.as_bytes()).into_owned()), false)
+                    }
                 },
             };
-            return Some(Ok(Line {
-                number,
-                text,
-                is_utf8,
-            }));
+            return Some(Ok(Line { number, text, is_utf8 }));
         }
     })
 }
@@ -163,11 +158,7 @@ pub(super) fn check(
     let mut corners = Vec::new();
 
     for line in lines(bytes, limits) {
-        let Line {
-            number,
-            text,
-            is_utf8,
-        } = line?;
+        let Line { number, text, is_utf8 } = line?;
         if !is_utf8 {
             problems.add(number, LineProblem::NotUtf8);
         }
@@ -204,11 +195,8 @@ pub(super) fn check(
                 let mut attribute_problem = None;
                 for corner in words(rest) {
                     let mut parts = corner.split('/');
-                    let position = resolve(
-                        parts.next().unwrap_or(""),
-                        n_positions,
-                        declared.n_positions,
-                    );
+                    let position =
+                        resolve(parts.next().unwrap_or(""), n_positions, declared.n_positions);
                     let mut attribute = |part: Option<&str>, so_far, total| match part {
                         None | Some("") => Ok(0),
                         // The first line is the stand-in's.
@@ -281,17 +269,12 @@ pub(super) fn check(
         budget.take(written + parsed, 1, "OBJ text")?;
     }
     vertices.push_str(&faces);
-    Ok(Checked {
-        text: vertices,
-        face_lines,
-        problems,
-    })
+    Ok(Checked { text: vertices, face_lines, problems })
 }
 
 /// Words up to a comment.
 fn words(rest: &str) -> impl Iterator<Item = &str> {
-    rest.split_ascii_whitespace()
-        .take_while(|word| !word.starts_with('#'))
+    rest.split_ascii_whitespace().take_while(|word| !word.starts_with('#'))
 }
 
 /// Reads as many numbers as there are, up to the slice's length; false with fewer than `least`, or
