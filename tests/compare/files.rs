@@ -391,7 +391,7 @@ fn damaged_bytes_never_panic_or_hang() {
     let folder = empty_folder("damaged");
     let mut random = Random(6);
     for (name, bytes) in small_files() {
-        for _ in 0..1500 {
+        for _ in 0..500 {
             let mut bytes = bytes.clone();
             for _ in 0..1 + random.next() % 3 {
                 let at = random.next() as usize % bytes.len();
