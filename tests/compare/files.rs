@@ -13,6 +13,8 @@ use crate::support::{Random, empty_folder, fixture, names_in, picture};
 
 fn write_bytes(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
     let path = folder.join(name);
+    // Some file systems flush a file that is cut to nothing and written again: thousands of times here.
+    let _ = std::fs::remove_file(&path);
     std::fs::write(&path, bytes).unwrap();
     path
 }
@@ -391,7 +393,7 @@ fn damaged_bytes_never_panic_or_hang() {
     let folder = empty_folder("damaged");
     let mut random = Random(6);
     for (name, bytes) in small_files() {
-        for _ in 0..1500 {
+        for _ in 0..500 {
             let mut bytes = bytes.clone();
             for _ in 0..1 + random.next() % 3 {
                 let at = random.next() as usize % bytes.len();
