@@ -9,13 +9,16 @@
 
 #import lucerna::math::constants::UNIT_ROUNDOFF
 
-/// Bounds the rounding error of `a·(1−u−v) + b·u + c·v`, per axis [same unit as the corners].
+/// Bounds how far from the triangle's plane an interpolated point, or the intersection of a ray that
+/// starts there, may lie by rounding [same unit as the corners; alike on all axes].
 ///
-/// The interpolation has relative error γ₇ of the sum of absolute terms (pbrt eq. 6.26); twice that
-/// also covers the error of the barycentrics themselves and of the next ray's intersection with the
-/// same plane.
+/// The interpolation has relative error γ₇ of the sum of absolute terms (pbrt eq. 6.26). The next
+/// ray's distance to the same plane is a cancelling sum of products of coordinates relative to its
+/// start, of whatever axis: its error is that of the *largest* coordinate, also on an axis on which
+/// all corners are zero.
 fn interpolation_error(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
-    return 16.0 * UNIT_ROUNDOFF * max(abs(a), max(abs(b), abs(c)));
+    let largest = max(abs(a), max(abs(b), abs(c)));
+    return vec3<f32>(32.0 * UNIT_ROUNDOFF * max(largest.x, max(largest.y, largest.z)));
 }
 
 /// Moves `position` off its surface to the side of `direction`.
