@@ -25,7 +25,7 @@ impl Scene {
     /// Reads a `.gltf`, `.glb` or `.obj` file (told by its ending, in any case) and the files that
     /// it names, which must lie in its folder or below. The file is not trusted.
     ///
-    /// The scene returned holds to this:
+    /// The scene returned holds to this ([`Scene::validate`] checks it):
     ///
     /// * every index is in range; attribute arrays are empty or as long as `positions`;
     /// * every number is finite; no coordinate is beyond [`super::MAX_COORDINATE`], in object or

@@ -12,6 +12,7 @@ mod limits;
 mod load;
 mod obj;
 mod resource;
+mod validate;
 
 use glam::{Affine2, Affine3A, Vec2, Vec3, Vec4};
 
@@ -21,6 +22,7 @@ pub use self::error::{
 };
 pub use self::limits::LoadLimits;
 pub use self::load::Loaded;
+pub use self::validate::InvalidScene;
 
 /// No coordinate of a loaded scene is larger [m], neither in object nor in world space: squares of
 /// cross products stay finite in 32-bit floats up to here.
