@@ -42,6 +42,21 @@ impl Scene {
     /// file only what its default scene uses is read (its whole node forest where it names no
     /// default).
     ///
+    /// **glTF 2.0**: `KHR_lights_punctual`, `KHR_materials_emissive_strength` and
+    /// `KHR_texture_transform` are read; a file that requires another extension is refused. Candela
+    /// and lux count as W·sr⁻¹ and W·m⁻². Lights and cameras ignore their node's scale. A camera is
+    /// named after its node, else by its own name. A spot without room between inner and outer
+    /// angle gets a falloff over 1/1000 of the outer angle. `alphaMode` BLEND is read as MASK with
+    /// cutoff 0.5. Skins, morph targets, animations, points and lines are ignored, with a warning.
+    ///
+    /// **OBJ**: one mesh per object (or group) and material, in the file's own unit. Polygons of
+    /// more than 4 corners are triangulated by constrained Delaunay on their Newell plane, quads along
+    /// the diagonal that lies inside; a polygon that meets itself becomes a fan, with a warning.
+    /// From MTL: base colour `Kd`, `map_Kd`; alpha `d` (or 1 − `Tr`) and `map_d`, as masks with
+    /// cutoff 0.5; emitted radiance `Ke`, `map_Ke`; roughness `Pr`, else `(2 / (Ns + 2))^¼` (1
+    /// without `Ns`, or where `Ks` is black); metallic `Pm`; normals `norm`. Without a material:
+    /// [`Material::default`](super::Material::default).
+    ///
     /// # Errors
     ///
     /// The file, or a buffer that it needs, cannot be read, is not what its format says, requires
@@ -112,21 +127,24 @@ fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, ErrorKind> {
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase())
         .unwrap_or_default();
-    let read: fn(&[u8], Option<&Path>, &LoadLimits, Budget) -> Result<Loaded, ErrorKind> =
-        match extension.as_str() {
-            "gltf" | "glb" => gltf::load,
-            "obj" => obj::load,
-            _ => {
-                return Err(ErrorKind::UnknownFormat {
-                    extension: short(&extension),
-                });
-            }
-        };
+    let is_obj = match extension.as_str() {
+        "gltf" | "glb" => false,
+        "obj" => true,
+        _ => {
+            return Err(ErrorKind::UnknownFormat {
+                extension: short(&extension),
+            });
+        }
+    };
     let mut budget = Budget::new(limits);
     let bytes = read_file(path, &mut budget)?;
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    read(&bytes, Some(folder), limits, budget)
+    if is_obj {
+        obj::load(&bytes, Some(folder), limits, budget)
+    } else {
+        gltf::load(&bytes, Some(folder), limits, budget)
+    }
 }

@@ -33,7 +33,7 @@ pub(super) fn load(
     let mut warnings = Warnings::default();
     let declared = front::declared(bytes, limits)?;
     let mut library = mtl::Library::default();
-    for (_, name) in &declared.libraries {
+    for name in &declared.libraries {
         mtl::read(
             &mut library,
             name,

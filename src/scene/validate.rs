@@ -298,7 +298,7 @@ fn camera_problem(camera: &Camera) -> Option<&'static str> {
             "forward or up not of unit length",
         ),
         (
-            !(camera.forward.dot(camera.up).abs() <= UNIT_TOLERANCE),
+            camera.forward.dot(camera.up).abs() > UNIT_TOLERANCE,
             "up not orthogonal to forward",
         ),
         (

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Caps: each is met exactly, and refused one beyond.
 
-use lucerna::scene::{ErrorKind, ImageError, LoadLimits, Scene, SceneError, Warning};
+use lucerna::scene::{
+    ErrorKind, ImageError, LoadLimits, ResourceError, Scene, SceneError, Warning,
+};
 
 use crate::builder::{Builder, TRIANGLE, base64, textured};
 
@@ -50,18 +52,54 @@ fn instances_and_triangles() {
     }
 }
 
-#[test]
-fn bytes() {
-    let file = instanced(1);
-    let needed = (1..2000).find(|&max_bytes| {
+/// The least `max_bytes` that loads.
+fn needed(file: &[u8]) -> u64 {
+    let loads = |max_bytes| {
         let limits = LoadLimits {
             max_bytes,
             ..LoadLimits::default()
         };
-        Scene::from_gltf_slice(&file, None, &limits).is_ok()
-    });
-    // 48 base64 digits (counted as up to 39 bytes), 36 of positions, 3 indices, a triangle.
-    assert_eq!(needed, Some(39 + 36 + 12 + 12));
+        match Scene::from_gltf_slice(file, None, &limits) {
+            Ok(_) => true,
+            Err(error) => match error.kind {
+                ErrorKind::Buffer {
+                    source: ResourceError::TooLong { .. },
+                    ..
+                } => false,
+                _ => {
+                    assert_eq!(setting(&error), "max_bytes");
+                    false
+                }
+            },
+        }
+    };
+    let (mut low, mut high) = (0, 1 << 20);
+    while low + 1 < high {
+        let middle = (low + high) / 2;
+        if loads(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
+#[test]
+fn bytes() {
+    let with_vertices = |n: usize| {
+        let mut b = Builder::default();
+        b.floats(&[TRIANGLE[0], TRIANGLE[1], TRIANGLE[2]].repeat(n / 3));
+        b.gltf(r#""nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]"#)
+    };
+    let (small, large) = (with_vertices(300), with_vertices(600));
+    let text = (large.len() - small.len()) as u64;
+    // For each vertex: its text, 12 bytes in the buffer, 12 in the mesh, 4 of an index and a third
+    // of a triangle. Numbers that grow by a digit are in the text.
+    assert_eq!(
+        needed(&large) - needed(&small),
+        text + 300 * (12 + 12 + 4 + 4)
+    );
 }
 
 #[test]

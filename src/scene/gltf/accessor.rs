@@ -256,12 +256,12 @@ impl Data<'_> {
             })
         })?;
         let alignment = alignment as u64;
-        let misaligned =
-            (start_in_buffer + offset) % alignment != 0 || stride as u64 % alignment != 0;
+        let aligned = (start_in_buffer + offset).is_multiple_of(alignment)
+            && (stride as u64).is_multiple_of(alignment);
         Ok(Strided {
             bytes: &bytes[offset as usize..inside as usize],
             stride,
-            misaligned,
+            misaligned: !aligned,
         })
     }
 
