@@ -96,7 +96,7 @@ impl Scene {
         Ok(obj::load(bytes, folder, limits, Budget::new(limits))?)
     }
 
-    /// Corners of the box around all triangles in world space [m], least and greatest; `None`
+    /// Corners of the box around all triangles in world space \[m\], least and greatest; `None`
     /// without triangles.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut bounds: Option<(Vec3, Vec3)> = None;

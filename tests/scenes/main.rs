@@ -8,6 +8,7 @@ mod limits;
 mod malformed;
 mod obj;
 mod shipped;
+mod validate;
 
 use std::path::PathBuf;
 
