@@ -79,6 +79,11 @@ impl Budget {
         }
     }
 
+    /// Gives back what was taken for memory that is free again.
+    pub fn give_back(&mut self, bytes: u64) {
+        self.used = self.used.saturating_sub(bytes);
+    }
+
     pub fn left(&self) -> u64 {
         self.limit - self.used
     }
