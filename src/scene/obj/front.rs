@@ -7,7 +7,7 @@
 //! where the file has none, the first `vt` and `vn` stand in, which are NaN.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 
 use crate::scene::error::{ErrorKind, LineProblem, Warning, Warnings, short};
@@ -23,8 +23,8 @@ pub(super) struct Declared {
     n_positions: usize,
     n_texcoords: usize,
     n_normals: usize,
-    /// Names of material libraries with their lines.
-    pub libraries: Vec<(usize, String)>,
+    /// Names of material libraries, each once: some exporters repeat them for every object.
+    pub libraries: Vec<String>,
 }
 
 /// A file that the parser can be given.
@@ -126,6 +126,7 @@ pub(super) fn keyword(line: &str) -> (&str, &str) {
 /// Counts what the file declares.
 pub(super) fn declared(bytes: &[u8], limits: &LoadLimits) -> Result<Declared, ErrorKind> {
     let mut declared = Declared::default();
+    let mut known = HashSet::new();
     for line in lines(bytes, limits) {
         let line = line?;
         let (word, rest) = keyword(&line.text);
@@ -133,7 +134,7 @@ pub(super) fn declared(bytes: &[u8], limits: &LoadLimits) -> Result<Declared, Er
             "v" => declared.n_positions += 1,
             "vt" => declared.n_texcoords += 1,
             "vn" => declared.n_normals += 1,
-            "mtllib" => declared.libraries.push((line.number, rest.to_owned())),
+            "mtllib" if known.insert(rest.to_owned()) => declared.libraries.push(rest.to_owned()),
             _ => {}
         }
     }
