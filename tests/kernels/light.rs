@@ -391,7 +391,8 @@ fn triangle_light_directions_follow_their_pdf() {
     let distance_along = |d: DVec3| {
         let inside = [(p, q), (q, r), (r, p)].map(|(s, t)| s.cross(t).dot(d) > 0.0);
         let all = inside[0] == inside[1] && inside[1] == inside[2];
-        (all && d.dot(p) > 0.0).then(|| cross.dot(p) / cross.dot(d))
+        let t = cross.dot(p) / cross.dot(d);
+        (all && t > 0.0).then_some(t)
     };
     let density = |d: DVec3| {
         distance_along(d).map_or(0.0, |t| t * t / (cross.normalize().dot(d).abs() * area))
