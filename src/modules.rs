@@ -86,7 +86,7 @@ pub fn kernels() -> &'static [Kernel] {
 /// one's own in the place of lucerna's.
 ///
 /// ```
-/// use lucerna::shader::Source;
+/// use lucerna::shader::{BASELINE, Source};
 ///
 /// let kernel = Source {
 ///     import_path: "my::kernel".into(),
@@ -100,7 +100,7 @@ pub fn kernels() -> &'static [Kernel] {
 ///         }"
 ///         .into(),
 /// };
-/// let module = lucerna::library().compose(&kernel, naga::valid::Capabilities::empty()).unwrap();
+/// let module = lucerna::library().compose(&kernel, BASELINE).unwrap();
 /// assert_eq!(module.entry_points[0].name, "main");
 /// ```
 pub fn library() -> Library {
