@@ -36,12 +36,7 @@ impl Builder {
     pub fn floats<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
         let view = self.view(&le_bytes(values), "");
         let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
-        self.accessor(
-            5126,
-            kind,
-            values.len(),
-            &format!(r#","bufferView":{view}"#),
-        )
+        self.accessor(5126, kind, values.len(), &format!(r#","bufferView":{view}"#))
     }
 
     /// Integers of 1, 2 or 4 bytes.
@@ -54,12 +49,7 @@ impl Builder {
         more: &str,
     ) -> usize {
         let view = self.view(bytes, "");
-        self.accessor(
-            component,
-            kind,
-            count,
-            &format!(r#","bufferView":{view}{more}"#),
-        )
+        self.accessor(component, kind, count, &format!(r#","bufferView":{view}{more}"#))
     }
 
     pub fn indices(&mut self, indices: &[u16]) -> usize {
@@ -69,10 +59,7 @@ impl Builder {
 
     /// The whole file; `rest` is JSON members without the braces.
     pub fn gltf(&self, rest: &str) -> Vec<u8> {
-        let uri = format!(
-            "data:application/octet-stream;base64,{}",
-            base64(&self.bytes)
-        );
+        let uri = format!("data:application/octet-stream;base64,{}", base64(&self.bytes));
         self.file(rest, &format!(r#","uri":"{uri}""#))
     }
 
@@ -106,11 +93,7 @@ impl Builder {
 }
 
 pub fn le_bytes<const N: usize>(values: &[[f32; N]]) -> Vec<u8> {
-    values
-        .iter()
-        .flatten()
-        .flat_map(|v| v.to_le_bytes())
-        .collect()
+    values.iter().flatten().flat_map(|v| v.to_le_bytes()).collect()
 }
 
 /// A triangle in a node, with `node` and `rest` put in: JSON such as `,"camera":0`.

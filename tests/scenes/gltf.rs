@@ -27,11 +27,7 @@ fn corners(scene: &Scene) -> Vec<[Vec3; 3]> {
         .flat_map(|instance| {
             let mesh = &scene.meshes[instance.mesh];
             mesh.triangles.iter().map(|t| {
-                t.map(|i| {
-                    instance
-                        .world_from_object
-                        .transform_point3(mesh.positions[i as usize])
-                })
+                t.map(|i| instance.world_from_object.transform_point3(mesh.positions[i as usize]))
             })
         })
         .collect()
@@ -42,9 +38,7 @@ const MESH: &str = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]"
 fn with_nodes(nodes: &str, roots: &str) -> Vec<u8> {
     let mut b = Builder::default();
     b.floats(&TRIANGLE);
-    b.gltf(&format!(
-        r#""scene":0,"scenes":[{{"nodes":{roots}}}],"nodes":{nodes},{MESH}"#
-    ))
+    b.gltf(&format!(r#""scene":0,"scenes":[{{"nodes":{roots}}}],"nodes":{nodes},{MESH}"#))
 }
 
 #[test]
@@ -68,17 +62,11 @@ fn matrices_are_column_major_and_may_mirror() {
     let nodes = r#"[{"mesh":0,"matrix":[-1,0,0,0, 0,1,0,0, 0,1,1,0, 5,0,0,1]}]"#;
     let scene = load_clean(&with_nodes(nodes, "[0]"));
     let m = scene.instances[0].world_from_object;
-    near(
-        m.transform_point3(Vec3::new(1., 2., 3.)),
-        Vec3::new(4., 5., 3.),
-    );
+    near(m.transform_point3(Vec3::new(1., 2., 3.)), Vec3::new(4., 5., 3.));
     assert_eq!(m.matrix3.determinant(), -1.0);
     let nodes = r#"[{"mesh":0,"scale":[-2,3,1]}]"#;
     let scene = load_clean(&with_nodes(nodes, "[0]"));
-    assert_eq!(
-        scene.instances[0].world_from_object.matrix3.determinant(),
-        -6.0
-    );
+    assert_eq!(scene.instances[0].world_from_object.matrix3.determinant(), -6.0);
 }
 
 #[test]
@@ -116,10 +104,7 @@ fn glb_holds_the_same() {
     let mut b = Builder::default();
     b.floats(&TRIANGLE);
     let rest = format!(r#""nodes":[{{"mesh":0}}],{MESH}"#);
-    assert_eq!(
-        corners(&load_clean(&b.glb(&rest))),
-        corners(&load_clean(&b.gltf(&rest)))
-    );
+    assert_eq!(corners(&load_clean(&b.glb(&rest))), corners(&load_clean(&b.gltf(&rest))));
 }
 
 #[test]
@@ -163,10 +148,7 @@ fn png() -> String {
     let mut bytes = Vec::new();
     image::RgbaImage::from_raw(2, 1, vec![255, 0, 0, 128, 0, 255, 0, 255])
         .unwrap()
-        .write_to(
-            &mut std::io::Cursor::new(&mut bytes),
-            image::ImageFormat::Png,
-        )
+        .write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png)
         .unwrap();
     format!("data:image/png;base64,{}", base64(&bytes))
 }
@@ -195,17 +177,10 @@ fn textures_samplers_and_transforms() {
     let base = m.base_color_texture.as_ref().unwrap();
     assert_eq!(
         base,
-        &TextureRef {
-            texture: base.texture,
-            uv_set: 1,
-            uv_from_mesh: Affine2::IDENTITY
-        }
+        &TextureRef { texture: base.texture, uv_set: 1, uv_from_mesh: Affine2::IDENTITY }
     );
     let texture = &scene.textures[base.texture];
-    assert_eq!(
-        (texture.wrap_u, texture.wrap_v),
-        (Wrap::Clamp, Wrap::Mirror)
-    );
+    assert_eq!((texture.wrap_u, texture.wrap_v), (Wrap::Clamp, Wrap::Mirror));
     assert_eq!(texture.filter, Filter::Nearest);
     assert_eq!(m.emission_texture.as_ref().unwrap().texture, base.texture);
     assert_eq!(m.emission_texture.as_ref().unwrap().uv_set, 0);
@@ -218,19 +193,13 @@ fn textures_samplers_and_transforms() {
     near(map(1., 0.), Vec3::new(0.5, 0.25 - 2., 0.));
     near(map(0., 1.), Vec3::new(0.5 + 4., 0.25, 0.));
     let texture = &scene.textures[mr.texture];
-    assert_eq!(
-        (texture.wrap_u, texture.wrap_v),
-        (Wrap::Repeat, Wrap::Repeat)
-    );
+    assert_eq!((texture.wrap_u, texture.wrap_v), (Wrap::Repeat, Wrap::Repeat));
     assert_eq!(texture.filter, Filter::Linear);
 
     assert_eq!(m.normal_scale, 0.5);
     let normal = m.normal_texture.as_ref().unwrap();
     assert_eq!(normal.uv_set, 0);
-    assert_eq!(
-        normal.uv_from_mesh.transform_point2(Vec2::ONE),
-        Vec2::splat(3.)
-    );
+    assert_eq!(normal.uv_from_mesh.transform_point2(Vec2::ONE), Vec2::splat(3.));
 }
 
 #[test]
@@ -252,25 +221,11 @@ fn attributes_of_all_types() {
     b.floats(&TRIANGLE);
     b.floats(&[[0., 0., 2.]; 3]);
     b.floats(&[[3., 0., 0., -1.]; 3]);
-    b.raw(
-        &[0, 255, 51, 0, 102, 204],
-        5121,
-        "VEC2",
-        3,
-        r#","normalized":true"#,
-    );
-    let shorts: Vec<u8> = [0u16, 65535, 13107, 0, 26214, 52428]
-        .iter()
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
+    b.raw(&[0, 255, 51, 0, 102, 204], 5121, "VEC2", 3, r#","normalized":true"#);
+    let shorts: Vec<u8> =
+        [0u16, 65535, 13107, 0, 26214, 52428].iter().flat_map(|v| v.to_le_bytes()).collect();
     b.raw(&shorts, 5123, "VEC2", 3, r#","normalized":true"#);
-    b.raw(
-        &[255, 0, 51, 255, 0, 51, 255, 0, 51],
-        5121,
-        "VEC3",
-        3,
-        r#","normalized":true"#,
-    );
+    b.raw(&[255, 0, 51, 255, 0, 51, 255, 0, 51], 5121, "VEC3", 3, r#","normalized":true"#);
     let scene = load_clean(&b.gltf(
         r#""nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,
         "NORMAL":1,"TANGENT":2,"TEXCOORD_0":3,"TEXCOORD_1":4,"COLOR_0":5}}]}]"#,
@@ -294,12 +249,8 @@ fn attributes_of_all_types() {
 fn colors_with_alpha_as_shorts_and_floats() {
     let mut b = Builder::default();
     b.floats(&TRIANGLE);
-    let shorts: Vec<u8> = [65535u16, 0, 13107, 32768]
-        .iter()
-        .cycle()
-        .take(12)
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
+    let shorts: Vec<u8> =
+        [65535u16, 0, 13107, 32768].iter().cycle().take(12).flat_map(|v| v.to_le_bytes()).collect();
     b.raw(&shorts, 5123, "VEC4", 3, r#","normalized":true"#);
     b.floats(&[[0.5, 2., 0., 0.25]; 3]);
     let scene = load_clean(&b.gltf(
@@ -335,24 +286,9 @@ fn interleaved_with_stride_and_offset() {
     }
     let mut b = Builder::default();
     let view = b.view(&bytes, r#","byteStride":32"#);
-    b.accessor(
-        5126,
-        "VEC3",
-        3,
-        &format!(r#","bufferView":{view},"byteOffset":8"#),
-    );
-    b.accessor(
-        5126,
-        "VEC3",
-        3,
-        &format!(r#","bufferView":{view},"byteOffset":20"#),
-    );
-    b.accessor(
-        5126,
-        "VEC2",
-        3,
-        &format!(r#","bufferView":{view},"byteOffset":32"#),
-    );
+    b.accessor(5126, "VEC3", 3, &format!(r#","bufferView":{view},"byteOffset":8"#));
+    b.accessor(5126, "VEC3", 3, &format!(r#","bufferView":{view},"byteOffset":20"#));
+    b.accessor(5126, "VEC2", 3, &format!(r#","bufferView":{view},"byteOffset":32"#));
     let scene = load_clean(&b.gltf(
         r#""nodes":[{"mesh":0}],"meshes":[{"primitives":[
             {"attributes":{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2}}]}]"#,
@@ -360,10 +296,7 @@ fn interleaved_with_stride_and_offset() {
     let mesh = &scene.meshes[0];
     assert_eq!(mesh.positions, TRIANGLE.map(Vec3::from_array));
     assert_eq!(mesh.normals, [Vec3::Z; 3]);
-    assert_eq!(
-        mesh.uv0,
-        [Vec2::new(0., 7.), Vec2::new(1., 7.), Vec2::new(2., 7.)]
-    );
+    assert_eq!(mesh.uv0, [Vec2::new(0., 7.), Vec2::new(1., 7.), Vec2::new(2., 7.)]);
 }
 
 #[test]
@@ -381,28 +314,16 @@ fn sparse_without_a_base_starts_at_zero() {
         ),
     );
     let scene = load_clean(&b.gltf(&format!(r#""nodes":[{{"mesh":0}}],{MESH}"#)));
-    assert_eq!(
-        corners(&scene),
-        [[Vec3::ZERO, Vec3::new(4., 0., 0.), Vec3::new(0., 5., 0.)]]
-    );
+    assert_eq!(corners(&scene), [[Vec3::ZERO, Vec3::new(4., 0., 0.), Vec3::new(0., 5., 0.)]]);
 }
 
 #[test]
 fn lists_strips_and_fans() {
     let mut b = Builder::default();
-    b.floats(&[
-        [0., 0., 0.],
-        [1., 0., 0.],
-        [0., 1., 0.],
-        [1., 1., 0.],
-        [0., 2., 0.],
-    ]);
+    b.floats(&[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.], [0., 2., 0.]]);
     b.indices(&[0, 1, 2, 1, 3, 2]);
     b.raw(&[0, 1, 2, 3, 4], 5121, "SCALAR", 5, "");
-    let wide: Vec<u8> = [0u32, 1, 3, 2]
-        .iter()
-        .flat_map(|i| i.to_le_bytes())
-        .collect();
+    let wide: Vec<u8> = [0u32, 1, 3, 2].iter().flat_map(|i| i.to_le_bytes()).collect();
     b.raw(&wide, 5125, "SCALAR", 4, "");
     let triangles = |more: &str| {
         let file = b.gltf(&format!(
@@ -414,14 +335,8 @@ fn lists_strips_and_fans() {
     assert_eq!(triangles(r#","indices":1"#), [[0, 1, 2], [1, 3, 2]]);
     // Without indices: five vertices make one triangle, and two are left over.
     assert_eq!(triangles(""), [[0, 1, 2]]);
-    assert_eq!(
-        triangles(r#","indices":2,"mode":5"#),
-        [[0, 1, 2], [1, 3, 2], [2, 3, 4]]
-    );
-    assert_eq!(
-        triangles(r#","indices":3,"mode":6"#),
-        [[1, 3, 0], [3, 2, 0]]
-    );
+    assert_eq!(triangles(r#","indices":2,"mode":5"#), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+    assert_eq!(triangles(r#","indices":3,"mode":6"#), [[1, 3, 0], [3, 2, 0]]);
 }
 
 #[test]
@@ -445,10 +360,7 @@ fn bad_normals_become_the_mean_of_the_faces_around() {
     let loaded = load_gltf(&b.gltf(
         r#""nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1}}]}]"#,
     ));
-    assert_eq!(
-        loaded.scene.meshes[0].normals,
-        [Vec3::Z, Vec3::new(0., 0.6, 0.8), Vec3::Z]
-    );
+    assert_eq!(loaded.scene.meshes[0].normals, [Vec3::Z, Vec3::new(0., 0.6, 0.8), Vec3::Z]);
 }
 
 #[test]
@@ -464,21 +376,13 @@ fn cameras_stand_in_the_world() {
             {"name":"lens","type":"perspective","perspective":{"yfov":0.7,"znear":0.1}},
             {"name":"plan","type":"orthographic","orthographic":{"xmag":3,"ymag":2,"znear":0,"zfar":9}}]"#,
     ));
-    let [eye, plan, _] = &scene.cameras[..] else {
-        panic!("{:?}", scene.cameras)
-    };
+    let [eye, plan, _] = &scene.cameras[..] else { panic!("{:?}", scene.cameras) };
     assert_eq!((eye.name.as_str(), plan.name.as_str()), ("eye", "plan"));
     near(eye.position, Vec3::new(1., 2., 3.));
     near(eye.forward, Vec3::NEG_X);
     near(eye.up, Vec3::Y);
-    assert_eq!(
-        eye.projection,
-        Projection::Perspective { vertical_fov: 0.7 }
-    );
-    assert_eq!(
-        plan.projection,
-        Projection::Orthographic { half_height: 2. }
-    );
+    assert_eq!(eye.projection, Projection::Perspective { vertical_fov: 0.7 });
+    assert_eq!(plan.projection, Projection::Orthographic { half_height: 2. });
     near(plan.forward, Vec3::NEG_X);
 }
 
@@ -498,39 +402,18 @@ fn lit(light: &str) -> Light {
 #[test]
 fn lights_stand_in_the_world() {
     let point = lit(r#"{"type":"point","color":[1,0.5,0.25],"intensity":8,"range":20}"#);
-    let Light::Point {
-        position,
-        intensity,
-        range,
-    } = point
-    else {
-        panic!("{point:?}")
-    };
+    let Light::Point { position, intensity, range } = point else { panic!("{point:?}") };
     near(position, Vec3::new(0., 5., 0.));
     assert_eq!(intensity, Vec3::new(8., 4., 2.));
     assert_eq!(range, Some(20.));
 
     let sun = lit(r#"{"type":"directional","intensity":3}"#);
-    let Light::Directional {
-        direction,
-        irradiance,
-    } = sun
-    else {
-        panic!("{sun:?}")
-    };
+    let Light::Directional { direction, irradiance } = sun else { panic!("{sun:?}") };
     near(direction, Vec3::NEG_Y);
     assert_eq!(irradiance, Vec3::splat(3.));
 
     let spot = lit(r#"{"type":"spot","spot":{"innerConeAngle":0.25,"outerConeAngle":0.5}}"#);
-    let Light::Spot {
-        direction,
-        intensity,
-        inner,
-        outer,
-        range,
-        ..
-    } = spot
-    else {
+    let Light::Spot { direction, intensity, inner, outer, range, .. } = spot else {
         panic!("{spot:?}")
     };
     near(direction, Vec3::NEG_Y);
@@ -557,11 +440,7 @@ fn what_is_not_understood_is_named() {
         r#","skin":0"#,
         r#","skins":[{"joints":[0]}],"extensionsUsed":["KHR_materials_clearcoat","KHR_lights_punctual"]"#,
     );
-    let shown: Vec<String> = load_gltf(&file)
-        .warnings
-        .iter()
-        .map(|w| w.to_string())
-        .collect();
+    let shown: Vec<String> = load_gltf(&file).warnings.iter().map(|w| w.to_string()).collect();
     assert_eq!(
         shown,
         [

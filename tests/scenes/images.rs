@@ -11,10 +11,7 @@ use crate::{TempDir, load_clean};
 
 fn encode(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Vec::new();
-    image
-        .into()
-        .write_to(&mut Cursor::new(&mut bytes), format)
-        .unwrap();
+    image.into().write_to(&mut Cursor::new(&mut bytes), format).unwrap();
     bytes
 }
 
@@ -129,10 +126,7 @@ fn links_must_stay_inside() {
     assert!(
         matches!(
             error.kind,
-            ErrorKind::Buffer {
-                buffer: 0,
-                source: ResourceError::Outside { .. }
-            }
+            ErrorKind::Buffer { buffer: 0, source: ResourceError::Outside { .. } }
         ),
         "{error}"
     );

@@ -26,46 +26,28 @@ fn instanced(n: usize) -> Vec<u8> {
 #[test]
 fn instances_and_triangles() {
     let file = instanced(5);
-    for (max_instances, max_triangles, expected) in [
-        (5, 5, None),
-        (4, 5, Some("max_instances")),
-        (5, 4, Some("max_triangles")),
-    ] {
-        let limits = LoadLimits {
-            max_instances,
-            max_triangles,
-            ..LoadLimits::default()
-        };
+    for (max_instances, max_triangles, expected) in
+        [(5, 5, None), (4, 5, Some("max_instances")), (5, 4, Some("max_triangles"))]
+    {
+        let limits = LoadLimits { max_instances, max_triangles, ..LoadLimits::default() };
         let refused = Scene::from_gltf_slice(&file, None, &limits).err();
         assert_eq!(refused.as_ref().map(setting), expected);
     }
     let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
     for (max_triangles, ok) in [(2, true), (1, false)] {
-        let limits = LoadLimits {
-            max_triangles,
-            ..LoadLimits::default()
-        };
-        assert_eq!(
-            Scene::from_obj_slice(obj.as_bytes(), None, &limits).is_ok(),
-            ok
-        );
+        let limits = LoadLimits { max_triangles, ..LoadLimits::default() };
+        assert_eq!(Scene::from_obj_slice(obj.as_bytes(), None, &limits).is_ok(), ok);
     }
 }
 
 /// The least `max_bytes` that loads.
 fn needed(file: &[u8]) -> u64 {
     let loads = |max_bytes| {
-        let limits = LoadLimits {
-            max_bytes,
-            ..LoadLimits::default()
-        };
+        let limits = LoadLimits { max_bytes, ..LoadLimits::default() };
         match Scene::from_gltf_slice(file, None, &limits) {
             Ok(_) => true,
             Err(error) => match error.kind {
-                ErrorKind::Buffer {
-                    source: ResourceError::TooLong { .. },
-                    ..
-                } => false,
+                ErrorKind::Buffer { source: ResourceError::TooLong { .. }, .. } => false,
                 _ => {
                     assert_eq!(setting(&error), "max_bytes");
                     false
@@ -111,21 +93,14 @@ fn image_pixels() {
         base64(&png)
     ));
     for (max_image_pixels, n_warnings) in [(12, 0), (11, 1)] {
-        let limits = LoadLimits {
-            max_image_pixels,
-            ..LoadLimits::default()
-        };
+        let limits = LoadLimits { max_image_pixels, ..LoadLimits::default() };
         let loaded = Scene::from_gltf_slice(&file, None, &limits).unwrap();
         assert_eq!(loaded.warnings.len(), n_warnings);
         if n_warnings == 1 {
             assert!(matches!(
                 loaded.warnings[0],
                 Warning::Image {
-                    source: ImageError::TooLarge {
-                        width: 4,
-                        height: 3,
-                        limit: 11
-                    },
+                    source: ImageError::TooLarge { width: 4, height: 3, limit: 11 },
                     ..
                 }
             ));
@@ -142,10 +117,7 @@ fn polygon_corners() {
     }
     obj += "f 1 2 3 4 5 6\n";
     for (max_polygon_corners, n_warnings) in [(6, 0), (5, 1)] {
-        let limits = LoadLimits {
-            max_polygon_corners,
-            ..LoadLimits::default()
-        };
+        let limits = LoadLimits { max_polygon_corners, ..LoadLimits::default() };
         let loaded = Scene::from_obj_slice(obj.as_bytes(), None, &limits).unwrap();
         assert_eq!(loaded.scene.n_triangles(), 4);
         assert_eq!(loaded.warnings.len(), n_warnings);

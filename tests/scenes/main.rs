@@ -16,9 +16,7 @@ use lucerna::scene::{LoadLimits, Loaded, Scene};
 
 /// A file of the repository's `fixtures`.
 fn fixture(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("fixtures")
-        .join(name)
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name)
 }
 
 /// Loads, and checks that the scene keeps its promises.

@@ -200,18 +200,15 @@ const TABLE: &[(&str, Outcome)] = &[
 const BESIDE: &[&str] = &["bad.mtl", "make.py"];
 
 fn judge(name: &str, expected: &Outcome) -> Result<(), String> {
-    let limits = LoadLimits {
-        max_line_bytes: 4096,
-        ..LoadLimits::default()
-    };
+    let limits = LoadLimits { max_line_bytes: 4096, ..LoadLimits::default() };
     let loaded = Scene::load(&fixture("malformed").join(name), &limits);
     match (loaded, expected) {
         (Err(error), Error(text)) => {
             let shown = error.to_string();
             let named = shown.contains(name);
-            (named && shown.contains(text)).then_some(()).ok_or(format!(
-                "error without {text:?} or the file's name: {shown}"
-            ))
+            (named && shown.contains(text))
+                .then_some(())
+                .ok_or(format!("error without {text:?} or the file's name: {shown}"))
         }
         (Ok(loaded), Warning(n, text)) => {
             loaded.scene.validate().map_err(|e| e.to_string())?;
@@ -229,10 +226,9 @@ fn judge(name: &str, expected: &Outcome) -> Result<(), String> {
         (Err(error), Warning(_, text)) => {
             Err(format!("expected warning {text:?}, got error {error}"))
         }
-        (Ok(loaded), Error(text)) => Err(format!(
-            "expected error {text:?}, got {:?}",
-            loaded.warnings
-        )),
+        (Ok(loaded), Error(text)) => {
+            Err(format!("expected error {text:?}, got {:?}", loaded.warnings))
+        }
     }
 }
 

@@ -93,9 +93,7 @@ fn faces_with_and_without_normals() {
     assert_eq!(normal(0, 0), Vec3::Y);
     assert_eq!(normal(1, 0), Vec3::Z);
     // In objects of their own, the one without stays flat.
-    let scene = clean(&format!(
-        "{QUAD}vn 0 1 0\no a\nf 1//1 2//1 3//1\no b\nf 1 3 4\n"
-    ));
+    let scene = clean(&format!("{QUAD}vn 0 1 0\no a\nf 1//1 2//1 3//1\no b\nf 1 3 4\n"));
     assert_eq!(scene.meshes[0].normals.len(), 3);
     assert!(scene.meshes[1].normals.is_empty());
 }
@@ -151,10 +149,7 @@ fn with_mtl(name: &str, mtl: &str) -> Loaded {
 
 #[test]
 fn material_values() {
-    let loaded = with_mtl(
-        "values",
-        "newmtl m x\nKd 0.5 0.25 0.125\nKe 3 2 1\nKs 1 1 1\nNs 30\n",
-    );
+    let loaded = with_mtl("values", "newmtl m x\nKd 0.5 0.25 0.125\nKe 3 2 1\nKs 1 1 1\nNs 30\n");
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     let m = &loaded.scene.materials[loaded.scene.meshes[0].material];
     assert_eq!(m.name, "m x");
@@ -172,10 +167,7 @@ fn material_values() {
 
 #[test]
 fn opacity_is_a_mask() {
-    for (name, mtl) in [
-        ("d", "newmtl m x\nd 0.25\n"),
-        ("tr", "newmtl m x\nTr 0.75\n"),
-    ] {
+    for (name, mtl) in [("d", "newmtl m x\nd 0.25\n"), ("tr", "newmtl m x\nTr 0.75\n")] {
         let loaded = with_mtl(name, mtl);
         let m = &loaded.scene.materials[0];
         assert_eq!(m.base_color.w, 0.25, "{name}");
@@ -186,28 +178,19 @@ fn opacity_is_a_mask() {
 
 #[test]
 fn map_kd_with_map_d() {
-    let loaded = with_mtl(
-        "maps",
-        "newmtl m x\nmap_Kd -clamp on red.png\nmap_d mask.png\n",
-    );
+    let loaded = with_mtl("maps", "newmtl m x\nmap_Kd -clamp on red.png\nmap_d mask.png\n");
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     let m = &loaded.scene.materials[0];
     assert_eq!(m.alpha, AlphaMode::Mask { cutoff: 0.5 });
     let texture = &loaded.scene.textures[m.base_color_texture.as_ref().unwrap().texture];
     assert_eq!(texture.wrap_u, Wrap::Clamp);
     // The colour's grid; the mask is grey, so its brightness counts; of its two rows the first.
-    assert_eq!(
-        loaded.scene.images[texture.image].rgba,
-        [[255, 0, 0, 255], [0, 255, 0, 255]]
-    );
+    assert_eq!(loaded.scene.images[texture.image].rgba, [[255, 0, 0, 255], [0, 255, 0, 255]]);
 
     let loaded = with_mtl("mask", "newmtl m x\nmap_d mask.png\n");
     let m = &loaded.scene.materials[0];
     let texture = &loaded.scene.textures[m.base_color_texture.as_ref().unwrap().texture];
-    assert_eq!(
-        loaded.scene.images[texture.image].rgba,
-        [[255; 4], [255, 255, 255, 10]]
-    );
+    assert_eq!(loaded.scene.images[texture.image].rgba, [[255; 4], [255, 255, 255, 10]]);
 }
 
 #[test]

@@ -32,12 +32,7 @@ fn cornell_as_gltf() {
     near(camera.position, Vec3::new(2.78, 2.73, -8.0), 1e-6);
     near(camera.forward, Vec3::Z, 1e-6);
     near(camera.up, Vec3::Y, 1e-6);
-    assert_eq!(
-        camera.projection,
-        Projection::Perspective {
-            vertical_fov: 0.686_048_8
-        }
-    );
+    assert_eq!(camera.projection, Projection::Perspective { vertical_fov: 0.686_048_8 });
 }
 
 #[test]
@@ -48,14 +43,8 @@ fn cornell_as_obj() {
     near(min, Vec3::ZERO, 0.0);
     near(max, Vec3::new(556.0, 548.8, 559.2), 1e-3);
     let material = |name: &str| scene.materials.iter().find(|m| m.name == name).unwrap();
-    assert_eq!(
-        material("light").emission,
-        Vec3::new(18.387, 13.9873, 6.75357)
-    );
-    assert_eq!(
-        material("red").base_color,
-        Vec4::new(0.570068, 0.0430135, 0.0443706, 1.0)
-    );
+    assert_eq!(material("light").emission, Vec3::new(18.387, 13.9873, 6.75357));
+    assert_eq!(material("red").base_color, Vec4::new(0.570068, 0.0430135, 0.0443706, 1.0));
     // Ceiling light: 130 mm × 105 mm, faces down.
     let mesh = scene.meshes.iter().find(|m| m.name == "light").unwrap();
     let normals: Vec3 = mesh
