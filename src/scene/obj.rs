@@ -10,6 +10,7 @@ mod polygon;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::io::Read;
 use std::path::Path;
 
 use glam::{Affine3A, Vec2, Vec3};
@@ -49,7 +50,7 @@ pub(super) fn load(
 
     let n_materials = library.materials.len();
     let (models, _) = tobj::load_obj_buf(
-        &mut checked.text.as_bytes(),
+        &mut checked.vertices.as_bytes().chain(checked.faces.as_bytes()),
         &tobj::LoadOptions {
             single_index: true,
             ..Default::default()
@@ -60,7 +61,7 @@ pub(super) fn load(
         },
     )
     .map_err(ErrorKind::Obj)?;
-    drop(checked.text);
+    drop((checked.vertices, checked.faces));
 
     let mut scene = Scene::default();
     let mut maker = mtl::Maker::new(folder, limits);
