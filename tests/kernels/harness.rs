@@ -92,10 +92,9 @@ pub fn compose(text: &str) -> wgpu::ShaderModule {
     let module = lucerna::library()
         .compose(&source, BASELINE)
         .unwrap_or_else(|problems| panic!("{}", problems[0]));
-    let info =
-        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), BASELINE)
-            .validate(&module)
-            .expect("composed modules are valid");
+    let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), BASELINE)
+        .validate(&module)
+        .expect("composed modules are valid");
     let wgsl =
         naga::back::wgsl::write_string(&module, &info, naga::back::wgsl::WriterFlags::empty())
             .expect("valid modules can be written");
