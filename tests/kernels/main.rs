@@ -3,3 +3,4 @@
 mod color;
 mod harness;
 mod math;
+mod sh;
