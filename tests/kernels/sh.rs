@@ -4,6 +4,7 @@ use crate::harness::{Random, map};
 use crate::math::directions;
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
+use std::sync::OnceLock;
 
 const BANDS: usize = 8;
 
@@ -15,19 +16,34 @@ fn binomial(n: usize, k: usize) -> f64 {
     factorial(n) / (factorial(k) * factorial(n - k))
 }
 
-/// The m-th derivative of the Legendre polynomial of degree l, by Rodrigues' explicit sum.
-fn legendre_derivative(l: usize, m: usize, z: f64) -> f64 {
-    (0..=l / 2)
-        .filter(|k| l - 2 * k >= m)
-        .map(|k| {
-            let power = l - 2 * k;
-            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-            let coefficient =
-                sign * binomial(l, k) * binomial(2 * l - 2 * k, l) / 2f64.powi(l as i32);
-            let derived = factorial(power) / factorial(power - m);
-            coefficient * derived * z.powi((power - m) as i32)
-        })
-        .sum()
+/// The m-th derivative of the Legendre polynomial of degree l, by Rodrigues' explicit sum: its
+/// coefficients by power of z.
+fn legendre_derivative(l: usize, m: usize) -> Vec<f64> {
+    let mut polynomial = vec![0.0; l + 1 - m];
+    for k in (0..=l / 2).filter(|k| l - 2 * k >= m) {
+        let power = l - 2 * k;
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let coefficient = binomial(l, k) * binomial(2 * l - 2 * k, l) / 2f64.powi(l as i32);
+        polynomial[power - m] = sign * coefficient * factorial(power) / factorial(power - m);
+    }
+    polynomial
+}
+
+fn horner(polynomial: &[f64], z: f64) -> f64 {
+    polynomial.iter().rev().fold(0.0, |sum, coefficient| sum * z + coefficient)
+}
+
+/// K(l, m) · dᵐ/dzᵐ P(l), and √2 of it for m > 0, by l and m.
+fn polynomials() -> &'static [Vec<Vec<f64>>] {
+    static TABLE: OnceLock<Vec<Vec<Vec<f64>>>> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        let normalised = |l: usize, m: usize| {
+            let k = (2 * l + 1) as f64 / (4.0 * PI) * factorial(l - m) / factorial(l + m);
+            let scale = if m == 0 { k.sqrt() } else { (2.0 * k).sqrt() };
+            legendre_derivative(l, m).into_iter().map(|c| c * scale).collect()
+        };
+        (0..BANDS).map(|l| (0..=l).map(|m| normalised(l, m)).collect()).collect()
+    })
 }
 
 /// Y(l, m) by the definition: associated Legendre functions normalised by factorials, angles, no
@@ -36,15 +52,9 @@ fn legendre_derivative(l: usize, m: usize, z: f64) -> f64 {
 fn y(l: usize, m: i32, d: DVec3) -> f64 {
     let order = m.unsigned_abs() as usize;
     let (sine, phi) = (d.x.hypot(d.y), d.y.atan2(d.x));
-    let k = ((2 * l + 1) as f64 / (4.0 * PI) * factorial(l - order) / factorial(l + order)).sqrt();
-    let p = sine.powi(order as i32) * legendre_derivative(l, order, d.z);
+    let p = sine.powi(order as i32) * horner(&polynomials()[l][order], d.z);
     let azimuth = f64::from(m.abs()) * phi;
-    k * p
-        * match m {
-            0 => 1.0,
-            1.. => 2f64.sqrt() * azimuth.cos(),
-            _ => 2f64.sqrt() * azimuth.sin(),
-        }
+    if m < 0 { p * azimuth.sin() } else { p * azimuth.cos() }
 }
 
 /// (l, m) of each index.
@@ -411,14 +421,13 @@ fn projection_of_order_seven_gives_the_coefficients_back() {
 }
 
 /// A(l) = 2π ∫₀¹ z P(l)(z) dz, by quadrature.
-fn cosine_factor(l: usize) -> f64 {
-    gauss_legendre(12)
-        .into_iter()
-        .map(|(t, w)| {
-            let z = (t + 1.0) / 2.0;
-            TAU * z * legendre_derivative(l, 0, z) * w / 2.0
-        })
-        .sum()
+fn cosine_factors() -> [f64; BANDS] {
+    let rule = gauss_legendre(12);
+    std::array::from_fn(|l| {
+        let legendre = legendre_derivative(l, 0);
+        let integrand = |z: f64| TAU * z * horner(&legendre, z);
+        rule.iter().map(|(t, w)| integrand((t + 1.0) / 2.0) * w / 2.0).sum()
+    })
 }
 
 /// Constants rounded to f32: 1 u of π.
@@ -433,7 +442,7 @@ fn cosine_factors_are_the_lobe_s_integrals() {
         &inputs,
     );
     for (l, factor) in outputs.into_iter().enumerate() {
-        let expected = cosine_factor(l);
+        let expected = cosine_factors()[l];
         assert!(
             (f64::from(factor) - expected).abs() < 2e-7,
             "A({l}) = {factor}, expected {expected}"
@@ -455,10 +464,11 @@ fn convolution_scales_each_band() {
             &format!("{name}(c)"),
             &inputs,
         );
-        let factors: Vec<f64> = bands(N).into_iter().map(|(l, _)| cosine_factor(l)).collect();
+        let factors = cosine_factors();
+        let table = bands(N);
         for (input, output) in inputs.iter().zip(&outputs) {
             for ix in 0..N {
-                let expected = vector(input[ix]) * factors[ix];
+                let expected = vector(input[ix]) * factors[table[ix].0];
                 let error = (vector(output[ix]) - expected).abs().max_element();
                 assert!(error < 5e-7, "{name} {ix}: {:?}, expected {expected}", output[ix]);
             }
@@ -562,6 +572,7 @@ fn irradiance_is_the_integral_over_the_hemisphere() {
             .collect();
         let outputs = map_lookup(path, &inputs);
         let rule = gauss_legendre(4);
+        let factors = cosine_factors();
         let mut worst = 0.0f64;
         for (i, (input, output)) in inputs.iter().zip(&outputs).enumerate() {
             let n = direction_of(input).normalize();
@@ -583,7 +594,7 @@ fn irradiance_is_the_integral_over_the_hemisphere() {
                 // Funk and Hecke's theorem: each band by its factor.
                 let mut c = *input;
                 for (c, (l, _)) in c.iter_mut().zip(bands(N)) {
-                    *c = c.map(|c| (f64::from(c) * cosine_factor(l)) as f32);
+                    *c = c.map(|c| (f64::from(c) * factors[l]) as f32);
                 }
                 evaluate(&c, n)
             };
