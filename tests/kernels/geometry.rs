@@ -401,7 +401,7 @@ fn ray_box_is_conservative_and_right() {
                 [0.0, 1.0, random.unit(), random.range(-0.5, 1.5)][(random.bits() % 4) as usize];
             target[axis] = min[axis] + (max[axis] - min[axis]) * s;
         }
-        if random.bits() % 4 == 0 {
+        if random.bits().is_multiple_of(4) {
             let axis = (random.bits() % 3) as usize;
             origin[axis] = [min, max, target][(random.bits() % 3) as usize][axis];
             target[axis] = origin[axis];
