@@ -78,14 +78,23 @@ fn generate_bindings(
     out: &Path,
     variant: &Variant,
 ) -> Result<(), Box<dyn Error>> {
+    // naga writes no ray queries as WGSL, so those kernels are composed at run time, and only
+    // their layouts are taken from here.
+    let source_type = if writable(variant) {
+        WgslShaderSourceType::EmbedSource
+    } else {
+        WgslShaderSourceType::ComposerWithRelativePath
+    };
     let mut options = WgslBindgenOptionBuilder::default();
     options
         .workspace_root(tree_dir)
         .module_import_root(shader::ROOT)
         .serialization_strategy(WgslTypeSerializeStrategy::Bytemuck)
         .type_map(GlamWgslTypeMap)
-        .shader_source_type(WgslShaderSourceType::EmbedSource)
+        .shader_source_type(source_type)
         .ir_capabilities(variant.capabilities)
+        // Kernels fetch texels of 32-bit floats; baseline WebGPU does not filter those.
+        .override_texture_filterability(vec![(r".*sky_(image|distribution)", false).into()])
         .emit_rerun_if_change(false)
         .skip_hash_check(true)
         .output(out.join(format!("bindings{}.rs", suffix(variant.name))));
@@ -97,17 +106,24 @@ fn generate_bindings(
     Ok(())
 }
 
+/// Whether naga can write the variant's kernels as WGSL.
+fn writable(variant: &Variant) -> bool {
+    !variant.capabilities.contains(naga::valid::Capabilities::RAY_QUERY)
+}
+
 fn suffix(variant: &str) -> String {
     if variant.is_empty() { String::new() } else { format!("_{variant}") }
 }
 
-/// `&[Source]` of all modules that can be imported.
+/// `&[Module]` of all modules that can be imported, the overlays' too.
 fn modules_table(tree: &CheckedTree, root: &Path) -> Result<String, Box<dyn Error>> {
     let mut text = String::from("&[\n");
-    for source in tree.library.iter() {
+    let baseline = tree.library.iter().map(|source| ("", source));
+    let overlays = tree.overlays.iter().map(|(variant, source)| (variant.as_str(), source));
+    for (variant, source) in baseline.chain(overlays) {
         writeln!(
             text,
-            "    Module {{ import_path: {:?}, file: {:?}, source: include_str!({:?}), imports: &{:?} }},",
+            "    Module {{ import_path: {:?}, variant: {variant:?}, file: {:?}, source: include_str!({:?}), imports: &{:?} }},",
             source.import_path,
             source.file,
             root.join(&source.file),
@@ -122,14 +138,20 @@ fn modules_table(tree: &CheckedTree, root: &Path) -> Result<String, Box<dyn Erro
 fn kernels_table(tree: &CheckedTree, root: &Path, out: &Path) -> Result<String, Box<dyn Error>> {
     let mut text = String::from("&[\n");
     for kernel in &tree.kernels {
-        let composed =
-            out.join("composed").join(kernel.variant).join(format!("{}.wgsl", kernel.name));
-        fs::create_dir_all(composed.parent().ok_or("no parent")?)?;
-        fs::write(&composed, composed_wgsl(kernel)?)?;
+        let composed = match composed_wgsl(kernel)? {
+            Some(wgsl) => {
+                let name = format!("{}.wgsl", kernel.name);
+                let file = out.join("composed").join(kernel.variant).join(name);
+                fs::create_dir_all(file.parent().ok_or("no parent")?)?;
+                fs::write(&file, wgsl)?;
+                format!("Some(include_str!({file:?}))")
+            }
+            None => String::from("None"),
+        };
         let r = &kernel.resources;
         writeln!(
             text,
-            "    Kernel {{ name: {:?}, variant: {:?}, file: {:?}, source: include_str!({:?}), composed: include_str!({:?}), imports: &{:?},",
+            "    Kernel {{ name: {:?}, variant: {:?}, file: {:?}, source: include_str!({:?}), composed: {}, imports: &{:?},",
             kernel.name,
             kernel.variant,
             kernel.source.file,
@@ -210,15 +232,15 @@ fn bindings_of(module: &naga::Module) -> Vec<String> {
     rows.into_iter().map(|(_, _, row)| row).collect()
 }
 
-fn composed_wgsl(kernel: &CheckedKernel) -> Result<String, Box<dyn Error>> {
+fn composed_wgsl(kernel: &CheckedKernel) -> Result<Option<String>, Box<dyn Error>> {
+    if !shader::variant(kernel.variant).is_some_and(writable) {
+        return Ok(None);
+    }
     let mut validator = naga::valid::Validator::new(
         naga::valid::ValidationFlags::all(),
         naga::valid::Capabilities::all(),
     );
     let info = validator.validate(&kernel.module)?;
-    Ok(naga::back::wgsl::write_string(
-        &kernel.module,
-        &info,
-        naga::back::wgsl::WriterFlags::empty(),
-    )?)
+    let flags = naga::back::wgsl::WriterFlags::empty();
+    Ok(Some(naga::back::wgsl::write_string(&kernel.module, &info, flags)?))
 }

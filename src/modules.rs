@@ -1,6 +1,8 @@
 //! The WGSL that lucerna is made of, as data: what a renderer takes into its own frame.
 
-use crate::shader::{Library, Resources, Source};
+use crate::gpu::Gpu;
+use crate::gpu_scene::RaySource;
+use crate::shader::{Library, Resources, Source, variant};
 use std::borrow::Cow;
 use std::path::PathBuf;
 
@@ -9,6 +11,8 @@ use std::path::PathBuf;
 pub struct Module {
     /// `lucerna::sh::basis`.
     pub import_path: &'static str,
+    /// Empty, or the variant in which this module stands in the place of the baseline's.
+    pub variant: &'static str,
     /// `wgsl/sh/basis.wgsl`, relative to the crate.
     pub file: &'static str,
     /// The text with its comments, as it stands in the file.
@@ -29,7 +33,8 @@ pub struct Kernel {
     /// The kernel's own text.
     pub source: &'static str,
     /// One self-contained WGSL text: the kernel with everything that it imports (no comments).
-    pub composed: &'static str,
+    /// None for ray queries, which naga does not write: [`variant_library`] composes them.
+    pub composed: Option<&'static str>,
     /// Import paths of the modules that it imports directly.
     pub imports: &'static [&'static str],
     /// How much it declares of what WebGPU limits.
@@ -67,7 +72,7 @@ pub struct Binding {
 const MODULES: &[Module] = include!(concat!(env!("OUT_DIR"), "/modules.rs"));
 const KERNELS: &[Kernel] = include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 
-/// Every module, sorted by import path.
+/// Every module: the baseline's sorted by import path, then those that variants put in their place.
 pub fn modules() -> &'static [Module] {
     MODULES
 }
@@ -81,7 +86,7 @@ pub fn kernels() -> &'static [Kernel] {
 /// one's own in the place of lucerna's.
 ///
 /// ```
-/// use lucerna::shader::Source;
+/// use lucerna::shader::{BASELINE, Source};
 ///
 /// let kernel = Source {
 ///     import_path: "my::kernel".into(),
@@ -95,12 +100,18 @@ pub fn kernels() -> &'static [Kernel] {
 ///         }"
 ///         .into(),
 /// };
-/// let module = lucerna::library().compose(&kernel, naga::valid::Capabilities::empty()).unwrap();
+/// let module = lucerna::library().compose(&kernel, BASELINE).unwrap();
 /// assert_eq!(module.entry_points[0].name, "main");
 /// ```
 pub fn library() -> Library {
+    variant_library("")
+}
+
+/// [`library`] with a variant's modules in their places; `variant` is a row's name of
+/// [`crate::shader::VARIANTS`].
+pub fn variant_library(variant: &str) -> Library {
     let mut library = Library::default();
-    for module in MODULES {
+    for module in MODULES.iter().filter(|m| m.variant.is_empty() || m.variant == variant) {
         library.insert(Source {
             import_path: module.import_path.to_owned(),
             file: PathBuf::from(module.file),
@@ -108,4 +119,28 @@ pub fn library() -> Library {
         });
     }
     library
+}
+
+/// A kernel for a device: the build's WGSL, or for ray queries naga's IR composed now.
+pub(crate) fn shader_module(gpu: &Gpu, name: &'static str, rays: RaySource) -> wgpu::ShaderModule {
+    let variant_name = match rays {
+        RaySource::Software => "",
+        RaySource::RayQuery => "ray_query",
+    };
+    let kernel = KERNELS.iter().find(|k| k.name == name && k.variant == variant_name);
+    let kernel = kernel.expect("kernels are named by the crate itself");
+    let source = match kernel.composed {
+        Some(wgsl) => wgpu::ShaderSource::Wgsl(wgsl.into()),
+        None => {
+            let capabilities = variant(variant_name).map(|v| v.capabilities).unwrap_or_default();
+            let source = Source {
+                import_path: kernel.name.into(),
+                file: PathBuf::from(kernel.file),
+                text: Cow::Borrowed(kernel.source),
+            };
+            let module = variant_library(variant_name).compose(&source, capabilities);
+            wgpu::ShaderSource::Naga(Cow::Owned(module.expect("the build composed it too")))
+        }
+    };
+    gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source })
 }

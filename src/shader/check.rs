@@ -20,12 +20,15 @@ pub struct Variant {
     pub kernels: Option<&'static [&'static str]>,
 }
 
+/// What plain WebGPU has and naga asks for: `pack2x16float` and its kin (they need no f16).
+pub const BASELINE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+
 /// Every variant there is; the baseline stands first.
 pub const VARIANTS: &[Variant] = &[
-    Variant { name: "", capabilities: Capabilities::empty(), kernels: None },
+    Variant { name: "", capabilities: BASELINE, kernels: None },
     Variant {
         name: "ray_query",
-        capabilities: Capabilities::RAY_QUERY,
+        capabilities: BASELINE.union(Capabilities::RAY_QUERY),
         kernels: Some(&["rays/nearest_hit", "rays/any_hit", "reference/path_trace"]),
     },
 ];
@@ -55,6 +58,8 @@ pub struct CheckedKernel {
 pub struct CheckedTree {
     /// Modules (not kernels) of the baseline.
     pub library: Library,
+    /// Modules of the variants: the variant's name, and the module under the path that it replaces.
+    pub overlays: Vec<(String, Source)>,
     /// All kernels in all their variants.
     pub kernels: Vec<CheckedKernel>,
 }
@@ -120,6 +125,7 @@ pub fn check_tree(dir: &Path, variants: &[Variant]) -> Result<CheckedTree, Vec<P
             checked.library = library;
         }
     }
+    checked.overlays = overlays;
     problems.sort_by(|a, b| {
         (&a.file, a.line, a.column, a.rule).cmp(&(&b.file, b.line, b.column, b.rule))
     });

@@ -130,7 +130,7 @@ impl Library {
     }
 
     /// Composes `source` with everything that it imports, and validates the whole under
-    /// `capabilities` (none for baseline WebGPU).
+    /// `capabilities` ([`BASELINE`](super::BASELINE) for plain WebGPU).
     ///
     /// # Errors
     /// What is wrong with the imports, or the first parse or validation error.

@@ -17,7 +17,7 @@ mod problem;
 mod scan;
 
 pub use budget::{Budget, Resources};
-pub use check::{CheckedKernel, CheckedTree, VARIANTS, Variant, check_tree, variant};
+pub use check::{BASELINE, CheckedKernel, CheckedTree, VARIANTS, Variant, check_tree, variant};
 pub use library::{Library, Source};
 pub use problem::{Problem, Rule};
 

@@ -2,8 +2,7 @@
 
 use bytemuck::{AnyBitPattern, NoUninit};
 use lucerna::gpu::{AdapterChoice, Gpu};
-use lucerna::shader::Source;
-use naga::valid::Capabilities;
+use lucerna::shader::{BASELINE, Source};
 use std::sync::OnceLock;
 use wgpu::util::DeviceExt;
 
@@ -102,12 +101,11 @@ pub fn compose(text: &str) -> wgpu::ShaderModule {
         text: text.to_owned().into(),
     };
     let module = lucerna::library()
-        .compose(&source, Capabilities::empty())
+        .compose(&source, BASELINE)
         .unwrap_or_else(|problems| panic!("{}", problems[0]));
-    let info =
-        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), Capabilities::empty())
-            .validate(&module)
-            .expect("composed modules are valid");
+    let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), BASELINE)
+        .validate(&module)
+        .expect("composed modules are valid");
     let wgsl =
         naga::back::wgsl::write_string(&module, &info, naga::back::wgsl::WriterFlags::empty())
             .expect("valid modules can be written");

@@ -5,5 +5,6 @@ mod geometry;
 mod harness;
 mod light;
 mod math;
+mod rays;
 mod sampling;
 mod statistics;

@@ -2,12 +2,12 @@
 //! Ray–box intersection by slabs.
 #define_import_path lucerna::geometry::ray_box
 
-#import lucerna::math::constants::FLOAT_MAX
-
 /// A direction's components are not told from 0 below this.
 const MIN_COMPONENT: f32 = 1e-20;
 /// 2γ₃ = 6 roundings, rounded up.
 const EXIT_SLACK: f32 = 3.6e-7;
+/// Farther than any ray reaches.
+const FAR: f32 = 1e38;
 
 /// 1/direction with components below 1e-20 replaced by ±1e-20, so that no product with it is NaN
 /// for coordinates up to 1e18.
@@ -34,8 +34,8 @@ fn intersect_box(
     // 0.5: the inverse of the least component is rounded.
     let parallel = abs(inverse_direction) > vec3<f32>(0.5 / MIN_COMPONENT);
     let runs_along = parallel & ((origin == box_min) | (origin == box_max));
-    let near = select(min(first, second), vec3<f32>(-FLOAT_MAX), runs_along);
-    let far = select(max(first, second), vec3<f32>(FLOAT_MAX), runs_along);
+    let near = select(min(first, second), vec3<f32>(-FAR), runs_along);
+    let far = select(max(first, second), vec3<f32>(FAR), runs_along);
     let entry = max(near.x, max(near.y, near.z));
     let exit = min(far.x, min(far.y, far.z));
     return vec2<f32>(entry, exit + abs(exit) * EXIT_SLACK);

@@ -52,7 +52,7 @@ struct BvhNode {
 @group(0) @binding(9) var<storage, read> bvh_nodes: array<BvhNode>;
 
 /// Groups that wait; the host refuses a deeper tree.
-const STACK_SIZE: u32 = 24u;
+const STACK_SIZE: u32 = 32u;
 
 /// What of a ray the boxes need.
 struct BoxRay {
@@ -159,9 +159,9 @@ fn traverse(ray: Ray, first_will_do: bool) -> Hit {
             let inner_mask = nodes.y & 0xffu;
             let base = nodes.x;
             nodes.y &= ~(1u << bit);
-            if nodes.y > 0x00ffffffu {
+            if nodes.y > 0x00ffffffu && n_stack < STACK_SIZE {
                 stack[n_stack] = nodes;
-                n_stack = min(n_stack + 1u, STACK_SIZE - 1u);
+                n_stack += 1u;
             }
             let slot = (bit - 24u) ^ (boxes.octant & 0xffu);
             let node = bvh_nodes[base + countOneBits(inner_mask & ((1u << slot) - 1u))];

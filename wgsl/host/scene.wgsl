@@ -29,6 +29,11 @@ struct SceneInfo {
     sky_light: u32,
     /// 1: every surface is Lambert with the base colour as albedo.
     diffuse_only: u32,
+    /// Lights that a ray can hit: emissive triangles and the sky.
+    n_hittable_lights: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
 }
 
 /// A triangle for rays, in world space and in the order of the BVH's leaves.
@@ -58,6 +63,7 @@ struct TriangleShading {
     uv_second: array<vec2<f32>, 3>,
     /// Linear RGBA, 2×`pack2x16unorm` a corner.
     colors: array<vec2<u32>, 3>,
+    reserved_pair: vec2<u32>,
 }
 
 /// Where a material's texture lies in the atlas and how it is read.

@@ -1,0 +1,215 @@
+//! For programs and tests: functions that wait for the GPU. Nothing else in the library does.
+
+use crate::gpu::{AdapterChoice, Gpu, GpuError};
+use crate::gpu_scene::GpuScene;
+use crate::reference::{Film, PathTracer, PixelSums, ReferenceSettings, Work};
+use crate::scene::Camera;
+use std::time::{Duration, Instant};
+
+/// [`Gpu::open`], waiting.
+///
+/// # Errors
+/// As [`Gpu::open`].
+pub fn open(choice: &AdapterChoice) -> Result<(Gpu, wgpu::AdapterInfo), GpuError> {
+    pollster::block_on(Gpu::open(choice))
+}
+
+/// The GPU stopped answering.
+#[derive(Debug, thiserror::Error)]
+#[error("the GPU does not answer any more: {0}; a driver may have reset it")]
+pub struct LostGpu(String);
+
+/// Waits for everything that was submitted.
+///
+/// # Errors
+/// The device was lost.
+pub fn wait(gpu: &Gpu) -> Result<(), LostGpu> {
+    let status = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+    status.map(|_| ()).map_err(|error| LostGpu(error.to_string()))
+}
+
+/// The bytes of a buffer that has `COPY_SRC`, after everything that was submitted.
+///
+/// # Errors
+/// The device was lost.
+pub fn read_buffer(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, LostGpu> {
+    let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+    gpu.queue.submit([encoder.finish()]);
+    // A failure shows when the range is taken.
+    staging.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+    wait(gpu)?;
+    let view = staging.slice(..).get_mapped_range().map_err(|e| LostGpu(e.to_string()))?;
+    Ok(view.to_vec())
+}
+
+/// The film's sums, row by row.
+///
+/// # Errors
+/// The device was lost.
+pub fn read_film(gpu: &Gpu, film: &Film) -> Result<Vec<PixelSums>, LostGpu> {
+    let mut sums = Vec::new();
+    for stripe in film.stripes() {
+        let bytes = read_buffer(gpu, &stripe.sums)?;
+        sums.extend(
+            bytes
+                .chunks_exact(size_of::<PixelSums>())
+                .map(bytemuck::pod_read_unaligned::<PixelSums>),
+        );
+    }
+    Ok(sums)
+}
+
+/// How far a rendering has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Pixel samples done.
+    pub done: u64,
+    /// Pixel samples to do.
+    pub total: u64,
+}
+
+/// What a rendering took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RenderStats {
+    /// Samples that every pixel has received.
+    pub n_samples: u32,
+    /// Dispatches.
+    pub n_dispatches: u32,
+    /// Sum of the passes' GPU timestamps; none where the device has no timestamps.
+    pub gpu_time: Option<Duration>,
+    /// From the first dispatch to the last answer.
+    pub wall_time: Duration,
+    /// Whether it was stopped early.
+    pub stopped: bool,
+}
+
+/// How long a dispatch should take: far below the two seconds after which desktop systems reset a
+/// GPU, long enough that starting it costs nothing.
+const DISPATCH_TIME: Duration = Duration::from_millis(150);
+
+/// Renders `n_samples` of each pixel, in dispatches of about 150 ms, pass by pass over the whole
+/// picture, and returns the film.
+///
+/// `keep_going` is asked after each dispatch; once it says no the picture is left as it is.
+///
+/// # Errors
+/// The device was lost.
+pub fn render_reference(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    camera: &Camera,
+    settings: &ReferenceSettings,
+    n_samples: u32,
+    mut keep_going: impl FnMut(Progress) -> bool,
+) -> Result<(Film, RenderStats), LostGpu> {
+    let tracer = PathTracer::new(gpu, scene);
+    let film = Film::new(gpu, settings.size);
+    let timer = PassTimer::new(gpu);
+    let pixels = u64::from(settings.size.x) * u64::from(settings.size.y);
+    let total = pixels * u64::from(n_samples);
+    let mut stats =
+        RenderStats { gpu_time: timer.as_ref().map(|_| Duration::ZERO), ..Default::default() };
+    let mut done = 0;
+    let started = Instant::now();
+    // Pixel samples a dispatch; the first ones are small, for their speed is not known.
+    let mut budget = 4096.0f64;
+    let mut first_sample = 0;
+    'samples: while first_sample < n_samples {
+        // Whole rows, as many as the budget holds; several samples at once when it holds the picture.
+        let batch = ((budget / pixels as f64) as u32).clamp(1, n_samples - first_sample);
+        for stripe in 0..film.stripes().len() {
+            let (mut row, n_rows) =
+                (film.stripes()[stripe].first_row, film.stripes()[stripe].n_rows);
+            let end = row + n_rows;
+            while row < end {
+                let row_samples = f64::from(settings.size.x) * f64::from(batch);
+                let rows = ((budget / row_samples) as u32)
+                    .next_multiple_of(8)
+                    .clamp(8, (end - row).max(8));
+                let rows = rows.min(end - row);
+                let work =
+                    Work { stripe, first_row: row, n_rows: rows, first_sample, n_samples: batch };
+                let begun = Instant::now();
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                let writes = timer.as_ref().map(PassTimer::writes);
+                tracer.record(gpu, &mut encoder, scene, &film, camera, settings, work, writes);
+                if let Some(timer) = &timer {
+                    timer.resolve(&mut encoder);
+                }
+                gpu.queue.submit([encoder.finish()]);
+                match (&timer, &mut stats.gpu_time) {
+                    (Some(timer), Some(sum)) => *sum += timer.read(gpu)?,
+                    _ => wait(gpu)?,
+                }
+                let samples = u64::from(rows) * u64::from(settings.size.x) * u64::from(batch);
+                done += samples;
+                row += rows;
+                stats.n_dispatches += 1;
+                // At most eight times as much as the last: the first dispatch also compiles.
+                let ideal =
+                    samples as f64 * DISPATCH_TIME.as_secs_f64() / begun.elapsed().as_secs_f64();
+                budget = ideal.clamp(1024.0, samples as f64 * 8.0);
+                if !keep_going(Progress { done, total }) && done < total {
+                    stats.stopped = true;
+                    break 'samples;
+                }
+            }
+        }
+        first_sample += batch;
+        stats.n_samples = first_sample;
+    }
+    stats.wall_time = started.elapsed();
+    Ok((film, stats))
+}
+
+/// Timestamps around one pass.
+struct PassTimer {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    period: f64,
+}
+
+impl PassTimer {
+    fn new(gpu: &Gpu) -> Option<Self> {
+        gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Self {
+            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("pass timer"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2,
+            }),
+            resolved: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("pass timer"),
+                size: 16,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+            period: f64::from(gpu.queue.get_timestamp_period()),
+        })
+    }
+
+    fn writes(&self) -> wgpu::ComputePassTimestampWrites<'_> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        }
+    }
+
+    fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
+    }
+
+    fn read(&self, gpu: &Gpu) -> Result<Duration, LostGpu> {
+        let bytes = read_buffer(gpu, &self.resolved)?;
+        let [begin, end] =
+            [0, 8].map(|at| u64::from_ne_bytes(std::array::from_fn(|k| bytes[at + k])));
+        Ok(Duration::from_nanos((end.saturating_sub(begin) as f64 * self.period) as u64))
+    }
+}

@@ -1,0 +1,230 @@
+//! Meshes and instances as one list of world-space triangles.
+
+use super::atlas::{Atlas, Encoding};
+use super::lights::LightTable;
+use crate::bindings::host::scene as wgsl;
+use crate::scene::{AlphaMode, Scene, TextureRef};
+use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
+
+/// Beyond this the products in ray tests leave f32's range.
+const MAX_COORDINATE: f32 = 1e12;
+
+/// All triangles of a scene in world space, in one order.
+#[derive(Clone, Debug, Default)]
+pub struct WorldTriangles {
+    /// Corners [m], counter-clockwise seen from the front.
+    pub positions: Vec<[Vec3; 3]>,
+    /// Instance, triangle of its mesh, whether the transform mirrors.
+    origins: Vec<Origin>,
+    /// How many were left out: no area, or too far away.
+    pub skipped: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Origin {
+    instance: u32,
+    triangle: u32,
+    mirrored: bool,
+}
+
+impl Origin {
+    /// The mesh's vertices of the three corners, in the order of `positions`.
+    fn vertices(self, scene: &Scene) -> [usize; 3] {
+        let mesh = &scene.meshes[scene.instances[self.instance as usize].mesh];
+        let [a, b, c] = mesh.triangles[self.triangle as usize].map(|ix| ix as usize);
+        if self.mirrored { [a, c, b] } else { [a, b, c] }
+    }
+}
+
+impl WorldTriangles {
+    /// Transforms every instance. A mirroring transform swaps two corners, so that the front stays
+    /// the front (glTF 2.0 §3.7.4).
+    pub fn of(scene: &Scene) -> Self {
+        let mut out = Self::default();
+        for (instance_ix, instance) in scene.instances.iter().enumerate() {
+            let mesh = &scene.meshes[instance.mesh];
+            let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
+            for triangle_ix in 0..mesh.triangles.len() {
+                let origin =
+                    Origin { instance: instance_ix as u32, triangle: triangle_ix as u32, mirrored };
+                let corners = origin
+                    .vertices(scene)
+                    .map(|v| instance.world_from_object.transform_point3(mesh.positions[v]));
+                let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+                let has_area = (b - a).cross(c - a).length_squared() > 0.0;
+                // Not `>`: NaN is out of range too.
+                let in_range = corners.iter().all(|v| v.abs().max_element() <= MAX_COORDINATE);
+                if has_area && in_range {
+                    out.positions.push(corners);
+                    out.origins.push(origin);
+                } else {
+                    out.skipped += 1;
+                }
+            }
+        }
+        out
+    }
+
+    /// Puts triangle `order[i]` at place `i`.
+    pub(super) fn reorder(&mut self, order: &[u32]) {
+        self.positions = order.iter().map(|&ix| self.positions[ix as usize]).collect();
+        self.origins = order.iter().map(|&ix| self.origins[ix as usize]).collect();
+    }
+
+    /// The box around all corners; zeros if there are none.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let corners = || self.positions.iter().flatten().copied();
+        match (corners().reduce(Vec3::min), corners().reduce(Vec3::max)) {
+            (Some(min), Some(max)) => (min, max),
+            _ => (Vec3::ZERO, Vec3::ZERO),
+        }
+    }
+
+    /// Material of a triangle.
+    pub(super) fn material(&self, scene: &Scene, triangle: usize) -> usize {
+        scene.meshes[scene.instances[self.origins[triangle].instance as usize].mesh].material
+    }
+
+    pub(super) fn ray_triangles(&self, scene: &Scene, lights: &LightTable) -> Vec<wgsl::Triangle> {
+        let alpha_tested: Vec<bool> =
+            scene.materials.iter().map(|material| material.alpha != AlphaMode::Opaque).collect();
+        self.positions
+            .iter()
+            .enumerate()
+            .map(|(ix, &[corner_a, corner_b, corner_c])| {
+                let material = self.material(scene, ix);
+                wgsl::Triangle {
+                    corner_a,
+                    flags: if alpha_tested[material] { wgsl::TRIANGLE_ALPHA_TESTED } else { 0 },
+                    corner_b,
+                    material: material as u32,
+                    corner_c,
+                    light: lights.of_triangle(ix),
+                }
+            })
+            .collect()
+    }
+
+    pub(super) fn shading_triangles(&self, scene: &Scene) -> Vec<wgsl::TriangleShading> {
+        self.positions
+            .iter()
+            .zip(&self.origins)
+            .map(|(corners, &origin)| shading_triangle(scene, corners, origin))
+            .collect()
+    }
+}
+
+fn shading_triangle(scene: &Scene, corners: &[Vec3; 3], origin: Origin) -> wgsl::TriangleShading {
+    let instance = &scene.instances[origin.instance as usize];
+    let mesh = &scene.meshes[instance.mesh];
+    let vertices = origin.vertices(scene);
+    let linear = Mat3::from(instance.world_from_object.matrix3);
+    // The inverse transpose up to a factor; its sign must not turn normals around.
+    let cofactor = Mat3::from_cols(
+        linear.y_axis.cross(linear.z_axis),
+        linear.z_axis.cross(linear.x_axis),
+        linear.x_axis.cross(linear.y_axis),
+    ) * if origin.mirrored { -1.0 } else { 1.0 };
+    let [a, b, c] = *corners;
+    let flat = (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or(glam::DVec3::Y).as_vec3();
+
+    let normals = vertices.map(|v| {
+        let normal = mesh.normals.get(v).map_or(flat, |&n| cofactor * n);
+        normal.try_normalize().unwrap_or(flat)
+    });
+    let uv = |set: &[Vec2]| vertices.map(|v| set.get(v).copied().unwrap_or_default());
+    let (uv_first, uv_second) = (uv(&mesh.uv0), uv(&mesh.uv1));
+    let material = &scene.materials[mesh.material];
+    let (tangents, mirrored_uv) = if mesh.tangents.is_empty() {
+        let coordinates = match &material.normal_texture {
+            Some(slot) if slot.uv_set == 1 => uv_second,
+            _ => uv_first,
+        };
+        tangent_of_uv(corners, &coordinates, flat)
+    } else {
+        let signs = vertices.map(|v| mesh.tangents[v].w);
+        let negative = signs.iter().sum::<f32>() < 0.0;
+        (vertices.map(|v| linear * mesh.tangents[v].truncate()), negative != origin.mirrored)
+    };
+    wgsl::TriangleShading {
+        normals: UVec3::from(normals.map(pack_direction)),
+        flags: u32::from(mirrored_uv),
+        tangents: UVec3::from(
+            tangents.map(|t| {
+                pack_direction(t.try_normalize().unwrap_or(flat.any_orthonormal_vector()))
+            }),
+        ),
+        reserved: 0,
+        uv_first,
+        uv_second,
+        colors: vertices.map(|v| pack_color(mesh.colors.get(v).copied().unwrap_or(Vec4::ONE))),
+        reserved_pair: UVec2::ZERO,
+    }
+}
+
+/// The direction in which u grows on the triangle, and whether v grows to its wrong side.
+fn tangent_of_uv(corners: &[Vec3; 3], uv: &[Vec2; 3], flat: Vec3) -> ([Vec3; 3], bool) {
+    let [a, b, c] = *corners;
+    let (first, second) = (uv[1] - uv[0], uv[2] - uv[0]);
+    let determinant = first.perp_dot(second);
+    let tangent = ((b - a) * second.y - (c - a) * first.y) * determinant.signum();
+    // glTF's v runs down the image, and its bitangent up: against v.
+    let down = ((c - a) * first.x - (b - a) * second.x) * determinant.signum();
+    let bitangent = -down;
+    ([tangent; 3], flat.cross(tangent).dot(bitangent) < 0.0)
+}
+
+/// `wgsl/math/octahedral.wgsl`'s packing, on the host.
+fn pack_direction(direction: Vec3) -> u32 {
+    let p = direction / direction.abs().element_sum();
+    let folded = (Vec2::ONE - Vec2::new(p.y, p.x).abs())
+        * Vec2::new(if p.x >= 0.0 { 1.0 } else { -1.0 }, if p.y >= 0.0 { 1.0 } else { -1.0 });
+    let point = if p.z < 0.0 { folded } else { Vec2::new(p.x, p.y) };
+    let snorm = |x: f32| ((x.clamp(-1.0, 1.0) * 32767.0).round() as i16) as u16 as u32;
+    snorm(point.x) | snorm(point.y) << 16
+}
+
+/// WGSL's `pack2x16unorm` twice.
+fn pack_color(color: Vec4) -> UVec2 {
+    let unorm = |x: f32| (x.clamp(0.0, 1.0) * 65535.0).round() as u32;
+    UVec2::new(unorm(color.x) | unorm(color.y) << 16, unorm(color.z) | unorm(color.w) << 16)
+}
+
+/// The materials with their places in the atlas.
+pub(super) fn materials(scene: &Scene, atlas: &Atlas) -> Vec<wgsl::Material> {
+    let slot = |texture: &Option<TextureRef>, encoding| {
+        texture.as_ref().map_or(EMPTY_SLOT, |texture| atlas.slot(scene, texture, encoding))
+    };
+    scene
+        .materials
+        .iter()
+        .map(|material| wgsl::Material {
+            base_color: material.base_color,
+            emission: material.emission,
+            metallic: material.metallic,
+            roughness: material.roughness,
+            normal_scale: material.normal_scale,
+            alpha_cutoff: match material.alpha {
+                AlphaMode::Opaque => -1.0,
+                AlphaMode::Mask { cutoff } => cutoff.max(0.0),
+            },
+            flags: if material.double_sided { wgsl::MATERIAL_DOUBLE_SIDED } else { 0 },
+            base_color_texture: slot(&material.base_color_texture, Encoding::Srgb),
+            metallic_roughness_texture: slot(
+                &material.metallic_roughness_texture,
+                Encoding::Linear,
+            ),
+            normal_texture: slot(&material.normal_texture, Encoding::Linear),
+            emission_texture: slot(&material.emission_texture, Encoding::Srgb),
+        })
+        .collect()
+}
+
+const EMPTY_SLOT: wgsl::TextureSlot = wgsl::TextureSlot {
+    row_u: Vec3::ZERO,
+    flags: 0,
+    row_v: Vec3::ZERO,
+    layer: 0,
+    origin: UVec2::ZERO,
+    size: UVec2::ZERO,
+};

@@ -1,0 +1,212 @@
+//! The list from which kernels draw lights: punctual lights, emissive triangles, the sky.
+
+use super::flatten::WorldTriangles;
+use super::sky::SkyTextures;
+use crate::bindings::host::scene as wgsl;
+use crate::scene::{Light, Scene, Texture};
+use glam::Vec3;
+use std::f32::consts::PI;
+
+/// Lights with their alias table.
+#[derive(Debug)]
+pub struct LightTable {
+    entries: Vec<wgsl::Light>,
+    /// The light of each triangle that has one, sorted by triangle.
+    by_triangle: Vec<(usize, u32)>,
+    /// Which entry is the sky, or NONE.
+    pub sky: u32,
+}
+
+impl LightTable {
+    /// `radius`: half the diagonal of the scene's box [m], for lights from infinitely far.
+    pub fn build(scene: &Scene, world: &WorldTriangles, radius: f32, sky: &SkyTextures) -> Self {
+        let mut entries = Vec::new();
+        let mut powers = Vec::new();
+        for light in &scene.lights {
+            entries.push(punctual(light));
+            powers.push(power(light, radius));
+        }
+        let mut by_triangle = Vec::new();
+        let emission: Vec<f32> =
+            (0..scene.materials.len()).map(|ix| mean_emission(scene, ix)).collect();
+        for (ix, &[a, b, c]) in world.positions.iter().enumerate() {
+            let material = world.material(scene, ix);
+            if emission[material] > 0.0 {
+                let area = 0.5 * (b - a).cross(c - a).length();
+                let sides = if scene.materials[material].double_sided { 2.0 } else { 1.0 };
+                by_triangle.push((ix, entries.len() as u32));
+                entries.push(wgsl::Light {
+                    kind: wgsl::LIGHT_TRIANGLE,
+                    triangle: ix as u32,
+                    ..NO_LIGHT
+                });
+                powers.push(PI * area * emission[material] * sides);
+            }
+        }
+        let mut sky_ix = wgsl::NONE;
+        if sky.mean_luminance > 0.0 {
+            sky_ix = entries.len() as u32;
+            entries.push(wgsl::Light { kind: wgsl::LIGHT_SKY, ..NO_LIGHT });
+            // Through the sphere around the scene: area × πL. A scene without extent still has a sky.
+            powers.push(4.0 * PI * radius * radius * PI * sky.mean_luminance);
+        }
+        fill_alias_table(&mut entries, &powers);
+        Self { entries, by_triangle, sky: sky_ix }
+    }
+
+    pub fn entries(&self) -> &[wgsl::Light] {
+        &self.entries
+    }
+
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// How many a ray can hit: emissive triangles and the sky.
+    pub fn n_hittable(&self) -> u32 {
+        self.by_triangle.len() as u32 + u32::from(self.sky != wgsl::NONE)
+    }
+
+    /// Index of the triangle's light, or NONE.
+    pub fn of_triangle(&self, triangle: usize) -> u32 {
+        self.by_triangle
+            .binary_search_by_key(&triangle, |&(ix, _)| ix)
+            .map_or(wgsl::NONE, |at| self.by_triangle[at].1)
+    }
+}
+
+const NO_LIGHT: wgsl::Light = wgsl::Light {
+    position: Vec3::ZERO,
+    kind: 0,
+    direction: Vec3::Y,
+    triangle: wgsl::NONE,
+    intensity: Vec3::ZERO,
+    range: 0.0,
+    spot_scale: 0.0,
+    spot_offset: 0.0,
+    probability: 0.0,
+    alias_threshold: 1.0,
+    alias_ix: 0,
+    reserved_a: 0,
+    reserved_b: 0,
+    reserved_c: 0,
+};
+
+fn punctual(light: &Light) -> wgsl::Light {
+    match *light {
+        Light::Point { position, intensity, range } => wgsl::Light {
+            kind: wgsl::LIGHT_POINT,
+            position,
+            intensity,
+            range: range.unwrap_or(0.0),
+            ..NO_LIGHT
+        },
+        Light::Spot { position, direction, intensity, inner, outer, range } => {
+            // KHR_lights_punctual's suggestion for implementations.
+            let spot_scale = 1.0 / (inner.cos() - outer.cos()).max(0.001);
+            wgsl::Light {
+                kind: wgsl::LIGHT_SPOT,
+                position,
+                direction,
+                intensity,
+                range: range.unwrap_or(0.0),
+                spot_scale,
+                spot_offset: -outer.cos() * spot_scale,
+                ..NO_LIGHT
+            }
+        }
+        Light::Directional { direction, irradiance } => wgsl::Light {
+            kind: wgsl::LIGHT_DIRECTIONAL,
+            direction,
+            intensity: irradiance,
+            ..NO_LIGHT
+        },
+    }
+}
+
+/// Radiant power [W], by luminance; only to draw bright lights more often.
+fn power(light: &Light, radius: f32) -> f32 {
+    match *light {
+        Light::Point { intensity, .. } => 4.0 * PI * luminance(intensity),
+        Light::Spot { intensity, outer, .. } => {
+            2.0 * PI * (1.0 - outer.cos()) * luminance(intensity)
+        }
+        Light::Directional { irradiance, .. } => PI * radius * radius * luminance(irradiance),
+    }
+}
+
+/// Luminance that the material emits on average over its texture.
+fn mean_emission(scene: &Scene, material: usize) -> f32 {
+    let material = &scene.materials[material];
+    let factor = luminance(material.emission);
+    match &material.emission_texture {
+        Some(texture) if factor > 0.0 => {
+            let Texture { image, .. } = scene.textures[texture.texture];
+            let texels = &scene.images[image].rgba;
+            let sum: f64 = texels.iter().map(|t| f64::from(t[0].max(t[1]).max(t[2]))).sum();
+            factor * (sum / (255.0 * texels.len().max(1) as f64)) as f32
+        }
+        _ => factor,
+    }
+}
+
+pub(super) fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Vose's alias method. Half of the draws go by power and half are uniform: a weak light close by
+/// would otherwise be starved by a strong one far away. Lights without any power are never drawn.
+fn fill_alias_table(entries: &mut [wgsl::Light], powers: &[f32]) {
+    let total: f64 = powers.iter().map(|&p| f64::from(p)).sum();
+    let shining = powers.iter().filter(|&&p| p > 0.0).count();
+    if shining == 0 {
+        return;
+    }
+    let n = entries.len();
+    let probabilities: Vec<f64> = powers
+        .iter()
+        .map(|&p| if p > 0.0 { 0.5 * f64::from(p) / total + 0.5 / shining as f64 } else { 0.0 })
+        .collect();
+    let mut scaled: Vec<f64> = probabilities.iter().map(|p| p * n as f64).collect();
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&ix| scaled[ix] < 1.0);
+    for (ix, entry) in entries.iter_mut().enumerate() {
+        entry.probability = probabilities[ix] as f32;
+        entry.alias_threshold = 1.0;
+        entry.alias_ix = ix as u32;
+    }
+    while let (Some(&giver), Some(taker)) = (large.last(), small.pop()) {
+        entries[taker].alias_threshold = scaled[taker] as f32;
+        entries[taker].alias_ix = giver as u32;
+        scaled[giver] -= 1.0 - scaled[taker];
+        if scaled[giver] < 1.0 {
+            large.pop();
+            small.push(giver);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Drawing by the table gives the stated probabilities exactly: each entry receives its own
+    /// threshold and what the others leave over. Tolerance: f32 rounding of n thresholds.
+    #[test]
+    fn alias_table_gives_the_stated_probabilities() {
+        let powers: Vec<f32> =
+            (0..1000).map(|k| if k % 7 == 0 { 0.0 } else { (k * k) as f32 }).collect();
+        let mut entries = vec![NO_LIGHT; powers.len()];
+        fill_alias_table(&mut entries, &powers);
+        let n = entries.len() as f64;
+        let mut drawn = vec![0.0; entries.len()];
+        for (ix, entry) in entries.iter().enumerate() {
+            drawn[ix] += f64::from(entry.alias_threshold) / n;
+            drawn[entry.alias_ix as usize] += (1.0 - f64::from(entry.alias_threshold)) / n;
+        }
+        for (ix, (drawn, entry)) in drawn.iter().zip(&entries).enumerate() {
+            assert!((drawn - f64::from(entry.probability)).abs() < 1e-7, "{ix}: {drawn} {entry:?}");
+            assert_eq!(entry.probability == 0.0, powers[ix] == 0.0);
+        }
+        assert!((drawn.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+    }
+}

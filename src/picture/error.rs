@@ -1,0 +1,172 @@
+//! What can go wrong with an image file.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use super::{MAX_FILE_BYTES, MAX_PIXELS};
+
+/// An image file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Portable Network Graphics.
+    Png,
+    /// JPEG.
+    Jpeg,
+    /// Radiance RGBE.
+    Hdr,
+    /// OpenEXR.
+    Exr,
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+            Self::Hdr => "Radiance HDR",
+            Self::Exr => "OpenEXR",
+        })
+    }
+}
+
+/// A colour channel; its number is its place in a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// 0.
+    Red = 0,
+    /// 1.
+    Green = 1,
+    /// 2.
+    Blue = 2,
+}
+
+impl Channel {
+    /// The channels in the order they lie in a pixel.
+    pub const ALL: [Self; 3] = [Self::Red, Self::Green, Self::Blue];
+}
+
+impl fmt::Display for Channel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Red => "red",
+            Self::Green => "green",
+            Self::Blue => "blue",
+        })
+    }
+}
+
+/// Why a picture could not be read, written or used: what, in which file, and what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// The system would not give the file's bytes.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A folder, a pipe or a device.
+    #[error("cannot read {}: it is not a regular file; name an image file", path.display())]
+    NotAFile {
+        /// What is not a file.
+        path: PathBuf,
+    },
+    /// Longer than [`MAX_FILE_BYTES`].
+    #[error("cannot read {}: it is {n_bytes} bytes long and at most {MAX_FILE_BYTES} are read; compress it or make the picture smaller", path.display())]
+    FileTooLong {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        n_bytes: u64,
+    },
+    /// The first bytes are of no known format.
+    #[error("cannot read {}: its first bytes are those of no PNG, JPEG, Radiance HDR or OpenEXR file; convert it to one of these", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The content is damaged, cut short, or of a kind that is not supported.
+    #[error("cannot read {} as {format}: {reason}", path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// The format its first bytes promise.
+        format: Format,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// More than [`MAX_PIXELS`] pixels, or a part of the file claims more memory than such a picture needs.
+    #[error("cannot read {}: it claims {width} x {height} pixels, and a picture has 1 to {MAX_PIXELS}; make it smaller, or the file is damaged", path.display())]
+    BadSize {
+        /// The file.
+        path: PathBuf,
+        /// Pixels in a row.
+        width: u64,
+        /// Rows.
+        height: u64,
+    },
+    /// An EXR without the channels that make a colour.
+    #[error("cannot read {}: no flat layer has the channels R, G, B or a lone Y (it has: {found}); save it as RGB", path.display())]
+    NoColorChannels {
+        /// The file.
+        path: PathBuf,
+        /// The channels there are, by layer.
+        found: String,
+    },
+    /// A NaN or an infinity where there must be none.
+    #[error(
+        "the value at column {x}, row {y} (from the top left, from 0) is {value} in {channel}; only finite values can be used here (an .exr file can hold it)"
+    )]
+    NotFinite {
+        /// Column, from 0 at the left.
+        x: usize,
+        /// Row, from 0 at the top.
+        y: usize,
+        /// The first channel of the pixel that is not finite.
+        channel: Channel,
+        /// NaN or ±∞.
+        value: f32,
+    },
+    /// [`Picture::rgb`](super::Picture::rgb) is not as long as the size says.
+    #[error(
+        "a picture of {width} x {height} pixels holds {n_pixels} of them; fill it before using it"
+    )]
+    WrongLength {
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Pixels there are.
+        n_pixels: usize,
+    },
+    /// No pixel.
+    #[error("a picture of {width} x {height} pixels is empty; it needs at least one pixel")]
+    Empty {
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// The name of the file to write ends in none of the formats.
+    #[error("cannot write {}: the name must end in .png (8-bit display values), .exr (linear f32) or .hdr (linear RGBE)", path.display())]
+    UnknownEnding {
+        /// The file.
+        path: PathBuf,
+    },
+    /// An exposure that is NaN or infinite.
+    #[error("an exposure of {exposure_ev} EV is no exposure; give a finite number")]
+    BadExposure {
+        /// What was asked for.
+        exposure_ev: f32,
+    },
+    /// The file could not be written; nothing of it is left.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system or the encoder said.
+        source: std::io::Error,
+    },
+}

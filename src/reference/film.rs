@@ -1,0 +1,103 @@
+//! Sums over samples, on the GPU and as pictures.
+
+use super::PixelSums;
+use crate::gpu::Gpu;
+use crate::picture::Picture;
+use glam::{UVec2, Vec3};
+use std::f32::consts::PI;
+
+/// Pixels of one buffer: 80 MiB, well below WebGPU's 128 MiB for a binding.
+const STRIPE_PIXELS: u32 = 1 << 20;
+
+/// The pixels of a picture, in stripes that fit a binding.
+#[derive(Debug)]
+pub struct Film {
+    size: UVec2,
+    stripes: Vec<Stripe>,
+}
+
+/// Some rows of a [`Film`].
+#[derive(Debug)]
+pub struct Stripe {
+    /// First row in the picture.
+    pub first_row: u32,
+    /// Rows.
+    pub n_rows: u32,
+    /// [`PixelSums`] row by row; zeroed at first.
+    pub sums: wgpu::Buffer,
+}
+
+impl Film {
+    /// A black film. `size`: at least 1×1.
+    pub fn new(gpu: &Gpu, size: UVec2) -> Self {
+        let rows = (STRIPE_PIXELS / size.x).max(1);
+        let stripes = (0..size.y)
+            .step_by(rows as usize)
+            .map(|first_row| {
+                let n_rows = rows.min(size.y - first_row);
+                let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("pixel sums"),
+                    size: u64::from(n_rows) * u64::from(size.x) * size_of::<PixelSums>() as u64,
+                    usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+                    mapped_at_creation: false,
+                });
+                Stripe { first_row, n_rows, sums }
+            })
+            .collect();
+        Self { size, stripes }
+    }
+
+    /// Width and height [pixels].
+    pub fn size(&self) -> UVec2 {
+        self.size
+    }
+
+    /// The stripes from top to bottom.
+    pub fn stripes(&self) -> &[Stripe] {
+        &self.stripes
+    }
+}
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Channel {
+    /// Emitted + direct + indirect radiance [W·sr⁻¹·m⁻²].
+    #[default]
+    Beauty,
+    /// Radiance straight from emitters and the sky.
+    Emitted,
+    /// Radiance reflected once.
+    Direct,
+    /// Radiance reflected more than once.
+    Indirect,
+    /// Irradiance at the first surface [W·m⁻²]; needs [`super::ReferenceSettings::irradiance`].
+    Irradiance,
+    /// Base colour of the first surface, 0 where there is none.
+    Albedo,
+    /// World-space shading normal of the first surface, towards the camera; 0 where there is none.
+    Normal,
+    /// Distance along the view axis [m], in all three components; 0 where there is no surface.
+    Depth,
+}
+
+/// Sums as a picture: means over samples; normal and depth over the samples that met a surface.
+pub fn resolve(sums: &[PixelSums], size: UVec2, channel: Channel) -> Picture {
+    let rgb = sums
+        .iter()
+        .map(|pixel| {
+            let per_sample = 1.0 / (pixel.n_samples - pixel.n_rejected).max(1) as f32;
+            let per_surface = 1.0 / pixel.n_surfaces.max(1) as f32;
+            match channel {
+                Channel::Beauty => (pixel.emitted + pixel.direct + pixel.indirect) * per_sample,
+                Channel::Emitted => pixel.emitted * per_sample,
+                Channel::Direct => pixel.direct * per_sample,
+                Channel::Indirect => pixel.indirect * per_sample,
+                Channel::Irradiance => PI * (pixel.direct + pixel.indirect) * per_sample,
+                Channel::Albedo => pixel.albedo * per_sample,
+                Channel::Normal => (pixel.normal * per_surface).normalize_or_zero(),
+                Channel::Depth => Vec3::splat(pixel.depth * per_surface),
+            }
+        })
+        .collect();
+    Picture { width: size.x, height: size.y, rgb }
+}

@@ -1,0 +1,603 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What can be wrong with a scene file: errors stop the loading, warnings do not.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why a scene could not be loaded.
+#[derive(Debug, Error)]
+#[error("{}{kind}", .file.as_ref().map(|f| format!("{}: ", f.display())).unwrap_or_default())]
+pub struct SceneError {
+    /// The scene file, where one was named.
+    pub file: Option<PathBuf>,
+    /// What is wrong, and where in the file.
+    pub kind: ErrorKind,
+}
+
+impl From<ErrorKind> for SceneError {
+    fn from(kind: ErrorKind) -> Self {
+        Self { file: None, kind }
+    }
+}
+
+/// What is wrong with a scene file.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// The scene file itself cannot be read.
+    #[error("{0}")]
+    File(#[from] ResourceError),
+    /// The name ends in none of the known ways.
+    #[error("unknown scene format `{extension}`; give a file that ends in .gltf, .glb or .obj")]
+    UnknownFormat {
+        /// How the name ends.
+        extension: String,
+    },
+    /// A cap of [`super::LoadLimits`] would be passed.
+    #[error(
+        "{what}: {needed} is more than the limit {limit}; raise LoadLimits::{setting} if the file is to be trusted"
+    )]
+    TooMuch {
+        /// What asks for it.
+        what: String,
+        /// How much it asks for, in all.
+        needed: u64,
+        /// The cap.
+        limit: u64,
+        /// The cap's name in [`super::LoadLimits`].
+        setting: &'static str,
+    },
+    /// The bytes are neither GLB nor JSON.
+    #[error(
+        "neither binary glTF (no `glTF` at byte 0) nor JSON text (no `{{`); export the scene again"
+    )]
+    NotGltf,
+    /// The container of a `.glb` is broken.
+    #[error(
+        "broken GLB container at byte {byte}: {problem}; the file may be cut off, export or copy it again"
+    )]
+    Glb {
+        /// Offset in the file.
+        byte: usize,
+        /// What is wrong there.
+        problem: String,
+    },
+    /// The JSON part is no UTF-8.
+    #[error("the JSON is not UTF-8 at byte {byte} of it; save it as UTF-8")]
+    NotUtf8 {
+        /// Offset in the JSON.
+        byte: usize,
+    },
+    /// The JSON does not parse, or is not shaped as glTF says.
+    #[error("invalid glTF JSON: {message}")]
+    Json {
+        /// What, with line and column.
+        message: String,
+    },
+    /// Not glTF 2.
+    #[error("glTF version {version:?} is not supported; export as glTF 2.0")]
+    Version {
+        /// `asset.version` or `asset.minVersion`.
+        version: String,
+    },
+    /// `extensionsRequired` names what this loader does not know.
+    #[error("the file requires the extension {name}, which is not supported; export without it")]
+    Extension {
+        /// The extension.
+        name: String,
+    },
+    /// An index points past its array.
+    #[error("{at} is {index}, but the file has {len} {of}")]
+    Index {
+        /// Path of the index in the JSON.
+        at: String,
+        /// Its value.
+        index: usize,
+        /// What it points into.
+        of: &'static str,
+        /// How many of those there are.
+        len: usize,
+    },
+    /// A buffer's bytes cannot be had.
+    #[error("buffers[{buffer}]: {source}")]
+    Buffer {
+        /// Index of the buffer.
+        buffer: usize,
+        /// Why.
+        source: ResourceError,
+    },
+    /// A piece of binary data is not where or what the file says.
+    #[error("{at}: {problem}")]
+    Data {
+        /// The accessor, buffer view or buffer, and what uses it.
+        at: String,
+        /// What is wrong.
+        problem: DataProblem,
+    },
+    /// A node is its own ancestor.
+    #[error("nodes[{node}] is its own ancestor; the nodes must form a tree")]
+    NodeCycle {
+        /// One node of the ring.
+        node: usize,
+    },
+    /// A node is reached twice.
+    #[error("nodes[{node}] is reached twice ({first} and {second}); a node has at most one parent")]
+    NodeShared {
+        /// The node.
+        node: usize,
+        /// One place that lists it.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// A line of a text format is wrong.
+    #[error("line {line}: {problem}")]
+    Line {
+        /// Counted from 1.
+        line: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The OBJ parser refused what the checks had passed.
+    #[error("OBJ: {0}")]
+    Obj(tobj::LoadError),
+}
+
+/// What is wrong with an accessor, a buffer view or a buffer.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum DataProblem {
+    /// The bytes lie outside of what holds them.
+    #[error("bytes {start}..{end} lie outside of {of} ({len} bytes)")]
+    Outside {
+        /// First byte.
+        start: u64,
+        /// One past the last byte; `u64::MAX` where it does not fit 64 bits.
+        end: u64,
+        /// What holds them.
+        of: String,
+        /// Its length.
+        len: u64,
+    },
+    /// The byte stride is smaller than an element.
+    #[error("byteStride {stride} is smaller than an element ({size} bytes)")]
+    Stride {
+        /// Bytes from element to element.
+        stride: usize,
+        /// Bytes of an element.
+        size: usize,
+    },
+    /// The accessor's type is not one that its use allows.
+    #[error("is {found}, expected {expected}")]
+    Type {
+        /// Its type.
+        found: String,
+        /// What may stand here.
+        expected: &'static str,
+    },
+    /// An enumerated value is none that glTF knows.
+    #[error("{0} has a value that glTF does not know")]
+    Unknown(&'static str),
+    /// Attributes of one primitive differ in length.
+    #[error("has {found} elements, but POSITION has {expected}")]
+    Count {
+        /// Elements found.
+        found: usize,
+        /// Elements of POSITION.
+        expected: usize,
+    },
+    /// A sparse index does not lie in the accessor, or the indices do not rise.
+    #[error(
+        "sparse index {index} (number {number}) is not below the count {count}, or not above the one before it"
+    )]
+    Sparse {
+        /// Which of them.
+        number: usize,
+        /// Its value.
+        index: u64,
+        /// The accessor's count.
+        count: u64,
+    },
+    /// There are no bytes at all.
+    #[error("has neither bufferView nor uri")]
+    Missing,
+}
+
+/// Why a file beside the scene, or data within it, cannot be read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ResourceError {
+    /// The system says no.
+    #[error("cannot read {path}: {source}")]
+    Io {
+        /// The file.
+        path: String,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// A folder, pipe or device.
+    #[error("{path} is not a regular file")]
+    NotAFile {
+        /// The file.
+        path: String,
+    },
+    /// An address such as `http:`.
+    #[error(
+        "{uri}: the scheme `{scheme}:` is not read; only files in the scene's folder and data URIs are"
+    )]
+    Scheme {
+        /// The address.
+        uri: String,
+        /// What stands before its colon.
+        scheme: String,
+    },
+    /// The path leads out of the scene's folder.
+    #[error("{path} leads out of the scene's folder; put the file beside the scene")]
+    Outside {
+        /// The path as the file gives it.
+        path: String,
+    },
+    /// The scene was given as bytes, without a folder.
+    #[error("{path} is a file of its own, but the scene was given without a folder")]
+    NoFolder {
+        /// The path as the file gives it.
+        path: String,
+    },
+    /// The URI's percent-encoding is broken.
+    #[error("{uri}: broken percent-encoding at byte {byte}")]
+    Percent {
+        /// The URI.
+        uri: String,
+        /// Offset in it.
+        byte: usize,
+    },
+    /// The data URI does not say `;base64,`.
+    #[error("data URI without `;base64,`")]
+    DataUri,
+    /// The data URI's base64 is broken.
+    #[error("invalid base64 at character {at} of the data URI's data")]
+    Base64 {
+        /// Offset in the data.
+        at: usize,
+    },
+    /// More bytes than are left of [`super::LoadLimits::max_bytes`].
+    #[error("{path} has {len} bytes, more than the {left} that LoadLimits::max_bytes leaves")]
+    TooLong {
+        /// The file.
+        path: String,
+        /// Its length.
+        len: u64,
+        /// What may still be read.
+        left: u64,
+    },
+    /// Fewer bytes than the scene says.
+    #[error("has {found} bytes, but byteLength is {expected}; the file may be cut off")]
+    TooShort {
+        /// Bytes found.
+        found: u64,
+        /// Bytes expected.
+        expected: u64,
+    },
+    /// Neither bytes nor an address.
+    #[error("has no uri, and the file has no binary chunk for it")]
+    Missing,
+}
+
+/// Why an image was replaced by white.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// Its bytes cannot be had.
+    #[error("{0}")]
+    Resource(#[from] ResourceError),
+    /// Its bytes lie outside their buffer.
+    #[error("{0}")]
+    Data(String),
+    /// Neither PNG nor JPEG.
+    #[error("neither PNG nor JPEG; convert it")]
+    Format,
+    /// More pixels than [`super::LoadLimits::max_image_pixels`].
+    #[error("{width}×{height} pixels are more than LoadLimits::max_image_pixels ({limit})")]
+    TooLarge {
+        /// Pixels per row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// The cap.
+        limit: u64,
+    },
+    /// More bytes than are left of [`super::LoadLimits::max_bytes`].
+    #[error("{width}×{height} pixels are more than LoadLimits::max_bytes leaves ({left} bytes)")]
+    NoBudget {
+        /// Pixels per row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Bytes left.
+        left: u64,
+    },
+    /// The header promises more than the bytes can hold under the format's best compression.
+    #[error("the header says {width}×{height} pixels, more than its {bytes} bytes can hold")]
+    Lies {
+        /// Pixels per row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Length of the file.
+        bytes: u64,
+    },
+    /// Width or height is 0.
+    #[error("has no pixels")]
+    Empty,
+    /// The decoder says no.
+    #[error("cannot be decoded: {0}")]
+    Decode(String),
+}
+
+/// What was skipped or replaced in a scene that was loaded all the same.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Warning {
+    /// Nothing is left to see.
+    NoTriangles,
+    /// Triangles were left out of a mesh.
+    Dropped {
+        /// The mesh or OBJ object.
+        mesh: String,
+        /// How many.
+        n: usize,
+        /// Why.
+        reason: DropReason,
+    },
+    /// Attribute values were not usable and were replaced.
+    Replaced {
+        /// The mesh.
+        mesh: String,
+        /// How many.
+        n: usize,
+        /// Which, and by what.
+        attribute: Attribute,
+    },
+    /// A part of the file has an effect that this toolkit does not know.
+    Ignored {
+        /// Where it stands.
+        at: String,
+        /// What it is.
+        what: String,
+    },
+    /// A value was not in its range and was changed or left out.
+    Value {
+        /// Where it stands.
+        at: String,
+        /// What was wrong with it, and what was done.
+        problem: String,
+    },
+    /// A node or an instance was left out for its transform.
+    Transform {
+        /// The node.
+        node: String,
+        /// What is wrong, and what was done.
+        problem: &'static str,
+    },
+    /// Data does not lie at a multiple of its size; it was read all the same.
+    Misaligned {
+        /// The accessor and its user.
+        at: String,
+    },
+    /// An image was replaced by white (or a normal map left out).
+    Image {
+        /// The image.
+        image: String,
+        /// Why.
+        source: ImageError,
+    },
+    /// `alphaMode` BLEND was read as a mask.
+    Blend {
+        /// The material.
+        material: String,
+    },
+    /// A material reads texture coordinates that the mesh does not have; they read as (0, 0).
+    MissingTexcoords {
+        /// The mesh.
+        mesh: String,
+        /// Which set.
+        set: u32,
+    },
+    /// A material library or a part of it was left out.
+    Materials {
+        /// The library, and the line where there is one.
+        at: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Lines of an OBJ file were left out.
+    Line {
+        /// The first such line, counted from 1.
+        line: usize,
+        /// How many there are.
+        n: usize,
+        /// What is wrong with them.
+        problem: LineProblem,
+    },
+    /// There were more warnings than are kept.
+    More {
+        /// How many were left out.
+        n: usize,
+    },
+}
+
+/// Why triangles were left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum DropReason {
+    /// A corner is NaN or infinite.
+    NotFinite,
+    /// A corner lies beyond [`super::MAX_COORDINATE`].
+    Huge,
+    /// The triangle has no area.
+    ZeroArea,
+    /// A vertex index is out of range.
+    Index,
+}
+
+/// Vertex attributes whose values were replaced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Attribute {
+    /// Normals that are zero or not finite: the mean of the triangles around.
+    Normals,
+    /// Tangents that are zero or not finite: any direction across the normal.
+    Tangents,
+    /// Texture coordinates that are not finite: 0.
+    Texcoords,
+    /// Colours that are negative or not finite: clamped, or 1.
+    Colors,
+}
+
+/// What is wrong with lines of an OBJ file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum LineProblem {
+    /// `v`, `vt` or `vn` with too few numbers or no numbers; read as NaN or 0.
+    Numbers,
+    /// A face with fewer than 3 corners.
+    FewCorners,
+    /// A face whose vertex index is out of range.
+    Index,
+    /// A face whose texture coordinate's or normal's index is out of range; read without.
+    AttributeIndex,
+    /// A corner that is not `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    Corner,
+    /// A polygon whose outline meets itself; read as a fan.
+    SelfIntersecting,
+    /// A polygon of more than [`super::LoadLimits::max_polygon_corners`] corners; read as a fan.
+    ManyCorners,
+    /// A polygon without area.
+    FlatPolygon,
+    /// Points, lines, curves or surfaces.
+    NotAFace,
+    /// `usemtl` names no material; glTF's rough white stands in.
+    NoMaterial,
+    /// Not UTF-8; unknown characters were replaced.
+    NotUtf8,
+}
+
+impl fmt::Display for DropReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "NaN or infinite corner",
+            Self::Huge => "corner beyond 1e9 m",
+            Self::ZeroArea => "zero area",
+            Self::Index => "vertex index out of range",
+        })
+    }
+}
+
+impl fmt::Display for Attribute {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Normals => {
+                "normal(s), zero or not finite, replaced by the mean of the faces around"
+            }
+            Self::Tangents => "tangent(s), zero or not finite, replaced",
+            Self::Texcoords => "texture coordinate(s), not finite, replaced by 0",
+            Self::Colors => "vertex colour(s), negative or not finite, replaced",
+        })
+    }
+}
+
+impl fmt::Display for LineProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Numbers => "too few or unreadable numbers, read as NaN",
+            Self::FewCorners => "face with fewer than 3 corners, skipped",
+            Self::Index => "face with a vertex index out of range, skipped",
+            Self::AttributeIndex => {
+                "face with a texture coordinate or normal index out of range, read without"
+            }
+            Self::Corner => "face with an unreadable corner, skipped",
+            Self::SelfIntersecting => "polygon that meets itself, read as a fan",
+            Self::ManyCorners => {
+                "polygon with more corners than LoadLimits::max_polygon_corners, read as a fan"
+            }
+            Self::FlatPolygon => "polygon without area, skipped",
+            Self::NotAFace => "points, lines, curves or surfaces, skipped",
+            Self::NoMaterial => "usemtl of an unknown material, white instead",
+            Self::NotUtf8 => "not UTF-8, unknown characters replaced",
+        })
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoTriangles => write!(f, "the scene has no triangles"),
+            Self::Dropped { mesh, n, reason } => {
+                write!(f, "{mesh}: {n} triangle(s) dropped: {reason}")
+            }
+            Self::Replaced { mesh, n, attribute } => write!(f, "{mesh}: {n} {attribute}"),
+            Self::Ignored { at, what } => write!(f, "{at}: {what} ignored"),
+            Self::Value { at, problem } => write!(f, "{at}: {problem}"),
+            Self::Transform { node, problem } => write!(f, "{node}: {problem}"),
+            Self::Misaligned { at } => write!(f, "{at}: data is misaligned, read all the same"),
+            Self::Image { image, source } => {
+                write!(f, "{image}: {source}; read as white, or as no normal map")
+            }
+            Self::Blend { material } => write!(
+                f,
+                "{material}: alphaMode BLEND is not supported, read as MASK with cutoff 0.5"
+            ),
+            Self::MissingTexcoords { mesh, set } => write!(
+                f,
+                "{mesh}: the material reads TEXCOORD_{set}, which the mesh lacks; read as (0, 0)"
+            ),
+            Self::Materials { at, problem } => write!(f, "{at}: {problem}"),
+            Self::Line { line, n, problem } => write!(f, "line {line}: {problem} ({n} in all)"),
+            Self::More { n } => write!(f, "{n} more warning(s)"),
+        }
+    }
+}
+
+/// Warnings kept of one file; a hostile file could otherwise fill the memory with them.
+const MAX_WARNINGS: usize = 1000;
+
+/// Collects warnings up to a cap.
+#[derive(Debug, Default)]
+pub(super) struct Warnings {
+    kept: Vec<Warning>,
+    n_left_out: usize,
+}
+
+impl Warnings {
+    pub fn push(&mut self, warning: Warning) {
+        if self.kept.len() < MAX_WARNINGS {
+            self.kept.push(warning);
+        } else {
+            self.n_left_out += 1;
+        }
+    }
+
+    pub fn into_vec(mut self) -> Vec<Warning> {
+        if self.n_left_out > 0 {
+            self.kept.push(Warning::More { n: self.n_left_out });
+        }
+        self.kept
+    }
+}
+
+/// A name from a file, short enough for messages: a hostile file can make names as long as itself.
+pub(super) fn short(name: &str) -> String {
+    const MAX_CHARS: usize = 80;
+    let mut chars = name.chars();
+    let mut out: String = chars
+        .by_ref()
+        .take(MAX_CHARS)
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect();
+    if chars.next().is_some() {
+        out.push('…');
+    }
+    out
+}

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! glTF 2.0, text and binary.
+//!
+//! The `gltf` crate parses the JSON; all that the JSON points at is checked and read here, since
+//! the crate's own accessors trust the file.
+
+mod accessor;
+mod container;
+mod light;
+mod material;
+mod mesh;
+mod nodes;
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use glam::{Affine3A, Vec3};
+use gltf::json::Root;
+
+use self::accessor::Data;
+use self::material::ImageSlot;
+use self::nodes::Placed;
+use super::error::{ErrorKind, ResourceError, Warning, Warnings, short};
+use super::limits::{Budget, LoadLimits};
+use super::resource::read_uri;
+use super::{Instance, Loaded, MAX_COORDINATE, Scene};
+
+/// What is known while a file is read.
+struct Loader<'a> {
+    data: Data<'a>,
+    folder: Option<&'a Path>,
+    limits: &'a LoadLimits,
+    budget: Budget,
+    /// Instanced triangles so far.
+    n_triangles: u64,
+    /// Instances so far, those left out included.
+    n_placed: u64,
+    warnings: Warnings,
+    scene: Scene,
+    /// Least and greatest corner of each of the scene's meshes.
+    boxes: Vec<[Vec3; 2]>,
+    // What each of the file's things has become; `None` until something uses it.
+    meshes: Vec<Option<Vec<usize>>>,
+    materials: Vec<Option<usize>>,
+    default_material: Option<usize>,
+    textures: Vec<Option<(usize, ImageSlot)>>,
+    images: Vec<Option<ImageSlot>>,
+}
+
+/// Reads `.gltf` or `.glb` bytes; files that they name lie in `folder`.
+pub(super) fn load(
+    bytes: &[u8],
+    folder: Option<&Path>,
+    limits: &LoadLimits,
+    mut budget: Budget,
+) -> Result<Loaded, ErrorKind> {
+    let (root, bin) = container::parse(bytes, &mut budget)?;
+    let buffers = read_buffers(&root, bin, folder, &mut budget)?;
+    let mut loader = Loader {
+        meshes: vec![None; root.meshes.len()],
+        materials: vec![None; root.materials.len()],
+        default_material: None,
+        textures: vec![None; root.textures.len()],
+        images: vec![None; root.images.len()],
+        data: Data { root: &root, buffers },
+        folder,
+        limits,
+        budget,
+        n_triangles: 0,
+        n_placed: 0,
+        boxes: Vec::new(),
+        warnings: Warnings::default(),
+        scene: Scene::default(),
+    };
+    loader.warn_ignored();
+    for placed in nodes::place(&root, limits, &mut loader.warnings)? {
+        loader.node(&placed)?;
+    }
+    if loader.scene.instances.is_empty() {
+        loader.warnings.push(Warning::NoTriangles);
+    }
+    Ok(Loaded { scene: loader.scene, warnings: loader.warnings.into_vec() })
+}
+
+fn read_buffers<'a>(
+    root: &Root,
+    bin: Option<&'a [u8]>,
+    folder: Option<&Path>,
+    budget: &mut Budget,
+) -> Result<Vec<Cow<'a, [u8]>>, ErrorKind> {
+    let mut buffers = Vec::with_capacity(root.buffers.len());
+    for (ix, buffer) in root.buffers.iter().enumerate() {
+        let failed = |source| ErrorKind::Buffer { buffer: ix, source };
+        let mut bytes = match (&buffer.uri, bin) {
+            (Some(uri), _) => Cow::Owned(read_uri(uri, folder, budget).map_err(failed)?),
+            (None, Some(bin)) if ix == 0 => Cow::Borrowed(bin),
+            (None, _) => return Err(failed(ResourceError::Missing)),
+        };
+        let expected = buffer.byte_length.0;
+        let found = bytes.len() as u64;
+        match usize::try_from(expected).ok().filter(|&n| n <= bytes.len()) {
+            Some(n) => match &mut bytes {
+                Cow::Owned(bytes) => bytes.truncate(n),
+                Cow::Borrowed(bytes) => *bytes = &bytes[..n],
+            },
+            None => return Err(failed(ResourceError::TooShort { found, expected })),
+        }
+        buffers.push(bytes);
+    }
+    Ok(buffers)
+}
+
+impl Loader<'_> {
+    fn warn_ignored(&mut self) {
+        let root = self.data.root;
+        let known = |name: &&String| !container::EXTENSIONS.contains(&name.as_str());
+        for name in root.extensions_used.iter().filter(known) {
+            self.warnings
+                .push(Warning::Ignored { at: "extensionsUsed".to_owned(), what: short(name) });
+        }
+        if !root.animations.is_empty() {
+            self.warnings.push(Warning::Ignored {
+                at: "animations".to_owned(),
+                what: format!("{} animation(s)", root.animations.len()),
+            });
+        }
+    }
+
+    fn node(&mut self, placed: &Placed) -> Result<(), ErrorKind> {
+        let node = &self.data.root.nodes[placed.node];
+        let at = named("nodes", placed.node, node.name.as_deref());
+        if let Some(camera) = node.camera {
+            self.camera(camera.value(), placed, &at)?;
+        }
+        let light = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        if let Some(light) = light {
+            self.light(light.light.value(), placed, &at)?;
+        }
+        if node.skin.is_some() {
+            self.warnings.push(Warning::Ignored {
+                at: at.clone(),
+                what: "a skin (the mesh stands as at rest) is".to_owned(),
+            });
+        }
+        let Some(mesh) = node.mesh else {
+            return Ok(());
+        };
+        let meshes = self.mesh(mesh.value(), &at)?;
+        // Counted before any is left out: each costs time.
+        self.n_placed += meshes.len() as u64;
+        if self.n_placed > self.limits.max_instances as u64 {
+            return Err(ErrorKind::TooMuch {
+                what: format!("{at}: instances"),
+                needed: self.n_placed,
+                limit: self.limits.max_instances as u64,
+                setting: "max_instances",
+            });
+        }
+        self.instances(&meshes, placed, &at)
+    }
+
+    fn instances(&mut self, meshes: &[usize], placed: &Placed, at: &str) -> Result<(), ErrorKind> {
+        let world_from_object = placed.world_from_object.as_affine3a();
+        let determinant = world_from_object.matrix3.determinant();
+        let invertible = determinant.is_normal() && world_from_object.inverse().is_finite();
+        for &mesh in meshes {
+            let problem = if !invertible {
+                Some("its transform flattens the mesh (singular matrix); mesh left out")
+            } else if !stays_in_reach(&self.boxes[mesh], &world_from_object) {
+                Some("its mesh reaches beyond 1e9 m; mesh left out")
+            } else {
+                None
+            };
+            if let Some(problem) = problem {
+                self.warnings.push(Warning::Transform { node: at.to_owned(), problem });
+                continue;
+            }
+            let n = self.scene.meshes[mesh].triangles.len() as u64;
+            self.n_triangles = self.n_triangles.saturating_add(n);
+            self.check_triangles(self.n_triangles, at)?;
+            self.scene.instances.push(Instance { mesh, world_from_object });
+        }
+        Ok(())
+    }
+
+    fn check_triangles(&self, n: u64, at: &str) -> Result<(), ErrorKind> {
+        if n <= self.limits.max_triangles {
+            return Ok(());
+        }
+        Err(ErrorKind::TooMuch {
+            what: format!("{at}: triangles"),
+            needed: n,
+            limit: self.limits.max_triangles,
+            setting: "max_triangles",
+        })
+    }
+}
+
+/// Whether a box (least and greatest corner) stays within [`MAX_COORDINATE`].
+fn stays_in_reach(&[min, max]: &[Vec3; 2], world_from_object: &Affine3A) -> bool {
+    (0..8).all(|i| {
+        let pick = |axis: usize| if i >> axis & 1 == 0 { min } else { max };
+        let corner = Vec3::new(pick(0).x, pick(1).y, pick(2).z);
+        let corner = world_from_object.transform_point3(corner);
+        // Comparisons with NaN are false.
+        corner.abs().cmple(Vec3::splat(MAX_COORDINATE)).all()
+    })
+}
+
+/// The element, or an error that says who pointed past the end.
+fn index<'a, T>(
+    array: &'a [T],
+    index: usize,
+    of: &'static str,
+    at: impl FnOnce() -> String,
+) -> Result<&'a T, ErrorKind> {
+    array.get(index).ok_or_else(|| ErrorKind::Index { at: at(), index, of, len: array.len() })
+}
+
+/// `nodes[3] (table)`.
+fn named(of: &str, ix: usize, name: Option<&str>) -> String {
+    match name {
+        Some(name) if !name.is_empty() => format!("{of}[{ix}] ({})", short(name)),
+        _ => format!("{of}[{ix}]"),
+    }
+}
+
+/// A world-space unit vector from a node's axis; scale is ignored.
+fn direction(placed: &Placed, axis: Vec3) -> Option<Vec3> {
+    let v = placed.world_from_object.transform_vector3(axis.as_dvec3()).normalize().as_vec3();
+    v.is_finite().then_some(v)
+}

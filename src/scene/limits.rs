@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Caps on what a scene file may cost.
+
+use super::error::ErrorKind;
+
+/// Caps on what loading may cost. A file that asks for more is refused before the memory is taken.
+///
+/// ```
+/// use lucerna::scene::LoadLimits;
+/// let limits = LoadLimits { max_triangles: 1_000_000, ..LoadLimits::default() };
+/// # assert!(limits.max_bytes > 0);
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoadLimits {
+    /// Bytes of all that is read and decoded: files, buffers, vertex arrays, pixels, and for text
+    /// what parsing it can take at most. Default 4 GiB. (Decoders' scratch memory comes on top, at
+    /// most about as much again for the largest image.)
+    pub max_bytes: u64,
+    /// Triangles, counted once per instance. Default 2²⁷ ≈ 134 million.
+    pub max_triangles: u64,
+    /// Pixels of one image. Default 16384².
+    pub max_image_pixels: u64,
+    /// Parents above a node. Default 1024.
+    pub max_node_depth: usize,
+    /// Instances in the scene. Default 2²⁰ ≈ 1 million.
+    pub max_instances: usize,
+    /// Bytes of one line of a text format (OBJ, MTL). Default 1 MiB.
+    pub max_line_bytes: usize,
+    /// Corners of an OBJ polygon that is triangulated as it is; one with more becomes a fan, with a
+    /// warning. Default 4096: time can grow with the square of the corners.
+    pub max_polygon_corners: usize,
+}
+
+impl Default for LoadLimits {
+    fn default() -> Self {
+        Self {
+            max_bytes: 4 << 30,
+            max_triangles: 1 << 27,
+            max_image_pixels: 16384 * 16384,
+            max_node_depth: 1024,
+            max_instances: 1 << 20,
+            max_line_bytes: 1 << 20,
+            max_polygon_corners: 4096,
+        }
+    }
+}
+
+/// Counts bytes against [`LoadLimits::max_bytes`].
+#[derive(Debug)]
+pub(super) struct Budget {
+    limit: u64,
+    used: u64,
+}
+
+impl Budget {
+    pub fn new(limits: &LoadLimits) -> Self {
+        Self { limit: limits.max_bytes, used: 0 }
+    }
+
+    /// Takes `n` elements of `size` bytes, or says that they are too many. Call it before allocating.
+    pub fn take(&mut self, n: u64, size: u64, what: &str) -> Result<(), ErrorKind> {
+        let used = n.checked_mul(size).and_then(|bytes| bytes.checked_add(self.used));
+        match used {
+            Some(used) if used <= self.limit => {
+                self.used = used;
+                Ok(())
+            }
+            _ => Err(ErrorKind::TooMuch {
+                what: what.to_owned(),
+                needed: used.unwrap_or(u64::MAX),
+                limit: self.limit,
+                setting: "max_bytes",
+            }),
+        }
+    }
+
+    /// Gives back what was taken for memory that is free again.
+    pub fn give_back(&mut self, bytes: u64) {
+        self.used = self.used.saturating_sub(bytes);
+    }
+
+    pub fn left(&self) -> u64 {
+        self.limit - self.used
+    }
+}

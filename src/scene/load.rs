@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Loading by file name, and questions about a whole scene.
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::error::{ErrorKind, SceneError, Warning, short};
+use super::limits::{Budget, LoadLimits};
+use super::resource::read_file;
+use super::{Scene, gltf, obj};
+
+/// A scene that was loaded, and what of its file was skipped or replaced.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// What is not as the file says; empty where all was understood. Its [`Display`] names the place.
+    ///
+    /// [`Display`]: std::fmt::Display
+    pub warnings: Vec<Warning>,
+}
+
+impl Scene {
+    /// Reads a `.gltf`, `.glb` or `.obj` file (told by its ending, in any case) and the files that
+    /// it names, which must lie in its folder or below. The file is not trusted.
+    ///
+    /// The scene returned holds to this ([`Scene::validate`] checks it):
+    ///
+    /// * every index is in range; attribute arrays are empty or as long as `positions`;
+    /// * every number is finite; no coordinate is beyond [`super::MAX_COORDINATE`], in object or
+    ///   world space; normals, tangents and directions have unit length;
+    /// * every mesh has triangles, and each has an area: its normal can be computed in 32-bit
+    ///   floats; `world_from_object` can be inverted;
+    /// * a mesh has each set of texture coordinates that its material reads;
+    /// * an image has `width · height ≥ 1` texels;
+    /// * factors of materials and lights are within the ranges that their fields state.
+    ///
+    /// Triangles with NaN, infinite, huge or out-of-range corners, or without area, are dropped;
+    /// normals, tangents, texture coordinates and colours that are not finite are replaced; images
+    /// that cannot be read become white (a normal map: none). Each gives a [`Warning`]. Of a glTF
+    /// file only what its default scene uses is read (its whole node forest where it names no
+    /// default).
+    ///
+    /// **glTF 2.0**: `KHR_lights_punctual`, `KHR_materials_emissive_strength` and
+    /// `KHR_texture_transform` are read; a file that requires another extension is refused. Candela
+    /// and lux count as W·sr⁻¹ and W·m⁻². Lights and cameras ignore their node's scale. A camera is
+    /// named after its node, else by its own name. A spot without room between inner and outer
+    /// angle gets a falloff over 1/1000 of the outer angle. `alphaMode` BLEND is read as MASK with
+    /// cutoff 0.5. Skins, morph targets, animations, points and lines are ignored, with a warning.
+    ///
+    /// **OBJ**: one mesh per object (or group) and material, in the file's own unit. Polygons of
+    /// more than 4 corners are triangulated by constrained Delaunay on their Newell plane, quads along
+    /// the diagonal that lies inside; a polygon that meets itself becomes a fan, with a warning.
+    /// From MTL: base colour `Kd`, `map_Kd`; alpha `d` (or 1 − `Tr`) and `map_d`, as masks with
+    /// cutoff 0.5; emitted radiance `Ke`, `map_Ke`; roughness `Pr`, else `(2 / (Ns + 2))^¼` (1
+    /// without `Ns`, or where `Ks` is black); metallic `Pm`; normals `norm`. Without a material:
+    /// [`Material::default`](super::Material::default).
+    ///
+    /// # Errors
+    ///
+    /// The file, or a buffer that it needs, cannot be read, is not what its format says, requires
+    /// an unsupported extension, or asks for more than `limits`.
+    pub fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, SceneError> {
+        load(path, limits).map_err(|kind| SceneError { file: Some(path.to_owned()), kind })
+    }
+
+    /// Like [`Scene::load`], from the bytes of a `.gltf` or `.glb` file. Files that they name lie
+    /// in `folder`; without one, they may name none.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::load`]; a missing folder counts as an unreadable file.
+    pub fn from_gltf_slice(
+        bytes: &[u8],
+        folder: Option<&Path>,
+        limits: &LoadLimits,
+    ) -> Result<Loaded, SceneError> {
+        Ok(gltf::load(bytes, folder, limits, Budget::new(limits))?)
+    }
+
+    /// Like [`Scene::load`], from the bytes of an `.obj` file. Material libraries and images lie in
+    /// `folder`; without one, they are left out with a warning.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::load`].
+    pub fn from_obj_slice(
+        bytes: &[u8],
+        folder: Option<&Path>,
+        limits: &LoadLimits,
+    ) -> Result<Loaded, SceneError> {
+        Ok(obj::load(bytes, folder, limits, Budget::new(limits))?)
+    }
+
+    /// Corners of the box around all triangles in world space \[m\], least and greatest; `None`
+    /// without triangles.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let mut bounds: Option<(Vec3, Vec3)> = None;
+        for instance in &self.instances {
+            let mesh = &self.meshes[instance.mesh];
+            for &corner in mesh.triangles.iter().flatten() {
+                let p =
+                    instance.world_from_object.transform_point3(mesh.positions[corner as usize]);
+                let (min, max) = bounds.unwrap_or((p, p));
+                bounds = Some((min.min(p), max.max(p)));
+            }
+        }
+        bounds
+    }
+
+    /// Triangles in the world: each mesh's, as often as it stands there.
+    pub fn n_triangles(&self) -> u64 {
+        self.instances
+            .iter()
+            .map(|instance| self.meshes[instance.mesh].triangles.len() as u64)
+            .sum()
+    }
+}
+
+fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, ErrorKind> {
+    let extension =
+        path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let is_obj = match extension.as_str() {
+        "gltf" | "glb" => false,
+        "obj" => true,
+        _ => {
+            return Err(ErrorKind::UnknownFormat { extension: short(&extension) });
+        }
+    };
+    let mut budget = Budget::new(limits);
+    let bytes = read_file(path, &mut budget)?;
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if is_obj {
+        obj::load(&bytes, Some(folder), limits, budget)
+    } else {
+        gltf::load(&bytes, Some(folder), limits, budget)
+    }
+}

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What stands between an OBJ file and the parser: every line is checked and written anew, plainly.
+//!
+//! The parser, tobj, trusts its input: it panics on some index values and on short colours, takes
+//! lines for faces, and misaligns attributes that only some corners have. What is written here has
+//! absolute indices within range, all three of them on each corner, and a colour on each vertex;
+//! where the file has none, the first `vt` and `vn` stand in, which are NaN.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fmt::Write;
+
+use crate::scene::error::{ErrorKind, LineProblem, Warning, Warnings, short};
+use crate::scene::limits::{Budget, LoadLimits};
+
+/// Bytes that the parser and its result hold for a line of the file, beside the text: generous.
+const PARSED_BYTES_PER_LINE: u64 = 160;
+const PARSED_BYTES_PER_CORNER: u64 = 64;
+
+/// What a file declares, counted before its faces are read: faces may come before their vertices.
+#[derive(Default)]
+pub(super) struct Declared {
+    n_positions: usize,
+    n_texcoords: usize,
+    n_normals: usize,
+    /// Names of material libraries, each once: some exporters repeat them for every object.
+    pub libraries: Vec<String>,
+}
+
+/// A file that the parser can be given.
+pub(super) struct Checked {
+    pub text: String,
+    /// Line in the original file of each face, in the order of the text.
+    pub face_lines: Vec<usize>,
+    pub problems: Problems,
+}
+
+/// For each problem its first line and how often it occurs.
+#[derive(Default)]
+pub(super) struct Problems(BTreeMap<LineProblem, (usize, usize)>);
+
+impl Problems {
+    pub fn add(&mut self, line: usize, problem: LineProblem) {
+        let (first, n) = self.0.entry(problem).or_insert((line, 0));
+        *first = line.min(*first);
+        *n += 1;
+    }
+
+    pub fn report(self, warnings: &mut Warnings) {
+        for (problem, (line, n)) in self.0 {
+            warnings.push(Warning::Line { line, n, problem });
+        }
+    }
+}
+
+/// A line of a text format, continuations (`\` at the end) joined, with its number.
+pub(super) struct Line<'a> {
+    pub number: usize,
+    pub text: Cow<'a, str>,
+    pub is_utf8: bool,
+}
+
+/// The file's lines without those that are empty or comments.
+pub(super) fn lines<'a>(
+    bytes: &'a [u8],
+    limits: &LoadLimits,
+) -> impl Iterator<Item = Result<Line<'a>, ErrorKind>> {
+    let max = limits.max_line_bytes;
+    let mut physical = bytes.split(|&b| b == b'\n').enumerate();
+    std::iter::from_fn(move || {
+        loop {
+            let (ix, first) = physical.next()?;
+            let number = ix + 1;
+            let too_long = |number| ErrorKind::TooMuch {
+                what: format!("line {number}: bytes"),
+                needed: max as u64 + 1,
+                limit: max as u64,
+                setting: "max_line_bytes",
+            };
+            if first.len() > max {
+                return Some(Err(too_long(number)));
+            }
+            let first = first.trim_ascii();
+            if first.is_empty() || first[0] == b'#' {
+                continue;
+            }
+            let mut bytes = Cow::Borrowed(first);
+            while bytes.last() == Some(&b'\\') {
+                let joined = bytes.to_mut();
+                joined.pop();
+                joined.push(b' ');
+                let Some((_, next)) = physical.next() else {
+                    break;
+                };
+                if joined.len() + next.len() > max {
+                    return Some(Err(too_long(number)));
+                }
+                joined.extend_from_slice(next.trim_ascii());
+            }
+            let (text, is_utf8) = match bytes {
+                Cow::Borrowed(bytes) => match std::str::from_utf8(bytes) {
+                    Ok(text) => (Cow::Borrowed(text), true),
+                    Err(_) => (String::from_utf8_lossy(bytes), false),
+                },
+                Cow::Owned(bytes) => match String::from_utf8(bytes) {
+                    Ok(text) => (Cow::Owned(text), true),
+                    Err(e) => {
+                        (Cow::Owned(String::from_utf8_lossy(e.as_bytes()).into_owned()), false)
+                    }
+                },
+            };
+            return Some(Ok(Line { number, text, is_utf8 }));
+        }
+    })
+}
+
+/// The line's first word, and the rest without blanks around it.
+pub(super) fn keyword(line: &str) -> (&str, &str) {
+    let line = line.trim();
+    match line.split_once(|c: char| c.is_ascii_whitespace()) {
+        Some((word, rest)) => (word, rest.trim()),
+        None => (line, ""),
+    }
+}
+
+/// Counts what the file declares.
+pub(super) fn declared(bytes: &[u8], limits: &LoadLimits) -> Result<Declared, ErrorKind> {
+    let mut declared = Declared::default();
+    let mut known = HashSet::new();
+    for line in lines(bytes, limits) {
+        let line = line?;
+        let (word, rest) = keyword(&line.text);
+        match word {
+            "v" => declared.n_positions += 1,
+            "vt" => declared.n_texcoords += 1,
+            "vn" => declared.n_normals += 1,
+            "mtllib" if known.insert(rest.to_owned()) => declared.libraries.push(rest.to_owned()),
+            _ => {}
+        }
+    }
+    Ok(declared)
+}
+
+/// Checks every line and writes it anew. Materials become `usemtl m3` by their place in the list.
+pub(super) fn check(
+    bytes: &[u8],
+    declared: &Declared,
+    materials: &HashMap<String, usize>,
+    limits: &LoadLimits,
+    budget: &mut Budget,
+) -> Result<Checked, ErrorKind> {
+    let mut vertices = String::from("mtllib checked\nvt NaN NaN\nvn NaN NaN NaN\n");
+    let mut faces = String::new();
+    let mut face_lines = Vec::new();
+    let mut problems = Problems::default();
+    // What has been declared so far: negative indices count back from here.
+    let (mut n_positions, mut n_texcoords, mut n_normals) = (0, 0, 0);
+    let mut n_triangles = 0u64;
+    let mut corners = Vec::new();
+
+    for line in lines(bytes, limits) {
+        let Line { number, text, is_utf8 } = line?;
+        if !is_utf8 {
+            problems.add(number, LineProblem::NotUtf8);
+        }
+        let before = vertices.len() + faces.len();
+        let (word, rest) = keyword(&text);
+        corners.clear();
+        // Writing to a string does not fail.
+        let _ = match word {
+            "v" => {
+                n_positions += 1;
+                let (position, color) = vertex(rest, || problems.add(number, LineProblem::Numbers));
+                let [x, y, z] = position;
+                let [r, g, b] = color;
+                writeln!(vertices, "v {x} {y} {z} {r} {g} {b}")
+            }
+            "vt" => {
+                n_texcoords += 1;
+                let mut uv = [f32::NAN, 0.0];
+                if !numbers(rest, &mut uv, 1) {
+                    problems.add(number, LineProblem::Numbers);
+                }
+                writeln!(vertices, "vt {} {}", uv[0], uv[1])
+            }
+            "vn" => {
+                n_normals += 1;
+                let mut n = [f32::NAN; 3];
+                if !numbers(rest, &mut n, 3) {
+                    problems.add(number, LineProblem::Numbers);
+                }
+                writeln!(vertices, "vn {} {} {}", n[0], n[1], n[2])
+            }
+            "f" | "fo" => {
+                let mut problem = None;
+                let mut attribute_problem = None;
+                for corner in words(rest) {
+                    let mut parts = corner.split('/');
+                    let position =
+                        resolve(parts.next().unwrap_or(""), n_positions, declared.n_positions);
+                    let mut attribute = |part: Option<&str>, so_far, total| match part {
+                        None | Some("") => Ok(0),
+                        // The first line is the stand-in's.
+                        Some(part) => match resolve(part, so_far, total) {
+                            Ok(ix) => Ok(ix + 1),
+                            Err(LineProblem::Index) => {
+                                attribute_problem = Some(LineProblem::AttributeIndex);
+                                Ok(0)
+                            }
+                            Err(other) => Err(other),
+                        },
+                    };
+                    let texcoord = attribute(parts.next(), n_texcoords, declared.n_texcoords);
+                    let normal = attribute(parts.next(), n_normals, declared.n_normals);
+                    match (position, texcoord, normal, parts.next()) {
+                        (Ok(v), Ok(vt), Ok(vn), None) => corners.push([v, vt, vn]),
+                        (Err(p), ..) | (_, Err(p), ..) | (_, _, Err(p), _) => problem = Some(p),
+                        _ => problem = Some(LineProblem::Corner),
+                    }
+                }
+                if let Some(attribute_problem) = attribute_problem {
+                    problems.add(number, attribute_problem);
+                }
+                if problem.is_none() && corners.len() < 3 {
+                    problem = Some(LineProblem::FewCorners);
+                }
+                match problem {
+                    Some(problem) => {
+                        problems.add(number, problem);
+                        Ok(())
+                    }
+                    None => {
+                        n_triangles += corners.len() as u64 - 2;
+                        face_lines.push(number);
+                        faces.push('f');
+                        let mut result = Ok(());
+                        for [v, vt, vn] in &corners {
+                            // Counted from 1.
+                            result = write!(faces, " {}/{}/{}", v + 1, vt + 1, vn + 1);
+                        }
+                        faces.push('\n');
+                        result
+                    }
+                }
+            }
+            "o" | "g" => writeln!(faces, "o {}", short(rest)),
+            "usemtl" => match materials.get(rest) {
+                Some(ix) => writeln!(faces, "usemtl m{ix}"),
+                None => {
+                    problems.add(number, LineProblem::NoMaterial);
+                    writeln!(faces, "usemtl none")
+                }
+            },
+            "p" | "l" | "curv" | "curv2" | "surf" => {
+                problems.add(number, LineProblem::NotAFace);
+                Ok(())
+            }
+            _ => Ok(()),
+        };
+        if n_triangles > limits.max_triangles {
+            return Err(ErrorKind::TooMuch {
+                what: format!("line {number}: triangles"),
+                needed: n_triangles,
+                limit: limits.max_triangles,
+                setting: "max_triangles",
+            });
+        }
+        let written = (vertices.len() + faces.len() - before) as u64;
+        let parsed = PARSED_BYTES_PER_LINE + PARSED_BYTES_PER_CORNER * corners.len() as u64;
+        budget.take(written + parsed, 1, "OBJ text")?;
+    }
+    vertices.push_str(&faces);
+    Ok(Checked { text: vertices, face_lines, problems })
+}
+
+/// Words up to a comment.
+fn words(rest: &str) -> impl Iterator<Item = &str> {
+    rest.split_ascii_whitespace().take_while(|word| !word.starts_with('#'))
+}
+
+/// Reads as many numbers as there are, up to the slice's length; false with fewer than `least`, or
+/// where one is not readable (it becomes NaN).
+fn numbers(rest: &str, out: &mut [f32], least: usize) -> bool {
+    let mut n = 0;
+    let mut ok = true;
+    for (slot, word) in out.iter_mut().zip(words(rest)) {
+        *slot = word.parse().unwrap_or_else(|_| {
+            ok = false;
+            f32::NAN
+        });
+        n += 1;
+    }
+    ok && n >= least
+}
+
+/// Position and colour of a `v` line: `x y z`, `x y z w` (divided by w), `x y z r g b`.
+fn vertex(rest: &str, problem: impl FnOnce()) -> ([f32; 3], [f32; 3]) {
+    const WHITE: [f32; 3] = [1.0; 3];
+    let mut v = [f32::NAN; 6];
+    let n = words(rest).take(7).count();
+    if !numbers(rest, &mut v, 3) {
+        problem();
+    }
+    let [x, y, z, a, b, c] = v;
+    match n {
+        ..=2 => ([f32::NAN; 3], WHITE),
+        4 => ([x / a, y / a, z / a], WHITE),
+        6 => ([x, y, z], [a, b, c]),
+        _ => ([x, y, z], WHITE),
+    }
+}
+
+/// An index from 0, from one that counts from 1 or, if negative, back from the newest.
+fn resolve(part: &str, so_far: usize, total: usize) -> Result<usize, LineProblem> {
+    let ix: i64 = part.parse().map_err(|_| LineProblem::Corner)?;
+    let from_zero = if ix < 0 {
+        // At most isize::MAX lines can have been read.
+        (so_far as i64).checked_add(ix)
+    } else {
+        ix.checked_sub(1)
+    };
+    from_zero
+        .and_then(|ix| usize::try_from(ix).ok())
+        .filter(|&ix| ix < total)
+        .ok_or(LineProblem::Index)
+}

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Unidirectional path tracing: the ground truth that techniques are measured against.
+//!
+//! J. Kajiya, "The Rendering Equation", 1986; direct light by next-event estimation combined with
+//! the surface's own sampling by multiple importance sampling (Veach, Guibas 1995, power heuristic).
+//!
+//! Light is counted by how it reached the camera: *emitted* straight from an emitter or the sky,
+//! *direct* by one reflection, *indirect* by more.
+#define_import_path lucerna::reference::path
+
+#import lucerna::bsdf::bsdf_sample::BsdfSample
+#import lucerna::bsdf::lambert::{evaluate_lambert, pdf_lambert, sample_lambert}
+#import lucerna::bsdf::metallic_roughness::{MetallicRoughness, metallic_roughness}
+#import lucerna::bsdf::metallic_roughness::{evaluate_metallic_roughness, pdf_metallic_roughness, sample_metallic_roughness}
+#import lucerna::camera::primary_ray::{Camera, primary_ray}
+#import lucerna::geometry::ray_offset::offset_ray_origin
+#import lucerna::host::lights::{sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
+#import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
+#import lucerna::host::scene::scene
+#import lucerna::host::sky::sky_radiance
+#import lucerna::host::surface::{Surface, surface_at}
+#import lucerna::math::constants::FLOAT_MAX
+#import lucerna::math::float::all_finite
+#import lucerna::math::frame::frame_from_normal
+#import lucerna::math::vector::max_component
+#import lucerna::sampling::mis::power_heuristic
+#import lucerna::sampling::pcg::random_vec4
+
+/// What the integrator is asked.
+struct PathSettings {
+    /// Size of the whole picture [pixels].
+    size: vec2<u32>,
+    /// Index of the first sample of each pixel, and how many to take.
+    first_sample: u32,
+    n_samples: u32,
+    /// Reflections after the first: 0 gives direct light only.
+    n_bounces: u32,
+    /// Stream of random numbers.
+    seed: u32,
+    /// 1: the first surface is a white Lambertian, so that π·(direct + indirect) is its irradiance.
+    irradiance: u32,
+    reserved: u32,
+}
+
+/// Sums over a pixel's samples.
+struct PixelSums {
+    /// Radiance [W·sr⁻¹·m⁻²].
+    emitted: vec3<f32>,
+    /// How many samples were added.
+    n_samples: u32,
+    direct: vec3<f32>,
+    /// How many samples were rejected because they were not finite.
+    n_rejected: u32,
+    indirect: vec3<f32>,
+    /// Distance along the view axis to the first surface [m].
+    depth: f32,
+    /// Base colour of the first surface.
+    albedo: vec3<f32>,
+    /// How many samples met a surface.
+    n_surfaces: u32,
+    /// World-space shading normal of the first surface, towards the camera.
+    normal: vec3<f32>,
+    reserved: u32,
+}
+
+/// Reflections before Russian roulette may end a path.
+const ROULETTE_AFTER: u32 = 4u;
+/// The most likely survival: even a path between white walls ends.
+const ROULETTE_MAX: f32 = 0.95;
+
+/// One path under way.
+struct Path {
+    origin: vec3<f32>,
+    direction: vec3<f32>,
+    /// Product of the reflections so far, divided by their densities.
+    throughput: vec3<f32>,
+    /// Density with which `direction` was drawn [sr⁻¹].
+    pdf: f32,
+    /// Surfaces met so far.
+    depth: u32,
+    emitted: vec3<f32>,
+    direct: vec3<f32>,
+    indirect: vec3<f32>,
+}
+
+/// Adds light that arrived after `n_reflections`.
+fn add_light(path: ptr<function, Path>, n_reflections: u32, light: vec3<f32>) {
+    if n_reflections == 0u {
+        (*path).emitted += light;
+    } else if n_reflections == 1u {
+        (*path).direct += light;
+    } else {
+        (*path).indirect += light;
+    }
+}
+
+/// A path's start in its pixel (box filter, one pixel wide).
+fn start_path(camera: Camera, settings: PathSettings, pixel: vec2<u32>, sample_ix: u32) -> Path {
+    let jitter = random_vec4(stream_of(settings, pixel), sample_ix, 0u).xy;
+    let point = (vec2<f32>(pixel) + jitter) / vec2<f32>(settings.size);
+    let ray = primary_ray(camera, point);
+    let none = vec3<f32>(0.0);
+    return Path(ray.origin, ray.direction, vec3<f32>(1.0), 0.0, 0u, none, none, none);
+}
+
+fn stream_of(settings: PathSettings, pixel: vec2<u32>) -> vec2<u32> {
+    return vec2<u32>(pixel.y * settings.size.x + pixel.x, settings.seed);
+}
+
+/// Reflection at a surface in its local frame (z: the shading normal on the viewer's side).
+struct Scattering {
+    material: MetallicRoughness,
+    lambert: bool,
+    to_viewer: vec3<f32>,
+}
+
+/// f [sr⁻¹] without cosine.
+fn evaluate(scattering: Scattering, to_light: vec3<f32>) -> vec3<f32> {
+    if scattering.lambert {
+        return evaluate_lambert(scattering.material.base_color);
+    }
+    return evaluate_metallic_roughness(scattering.material, scattering.to_viewer, to_light);
+}
+
+/// Density with which [`scatter`] draws a direction [sr⁻¹].
+fn scattering_pdf(scattering: Scattering, to_light: vec3<f32>) -> f32 {
+    if scattering.lambert {
+        return pdf_lambert(to_light.z);
+    }
+    return pdf_metallic_roughness(scattering.material, scattering.to_viewer, to_light);
+}
+
+/// Draws a direction in the local frame.
+fn scatter(scattering: Scattering, u: vec3<f32>) -> BsdfSample {
+    if scattering.lambert {
+        return sample_lambert(scattering.material.base_color, u.xy);
+    }
+    return sample_metallic_roughness(scattering.material, scattering.to_viewer, u);
+}
+
+/// Follows paths through one pixel and adds them to its sums.
+///
+/// A finished path is followed by the pixel's next one within the same loop, so that neighbours in
+/// a subgroup do not wait for each other's longest path.
+fn trace_pixel(camera: Camera, settings: PathSettings, pixel: vec2<u32>, before: PixelSums) -> PixelSums {
+    var sums = before;
+    var sample_ix = settings.first_sample;
+    let last_sample = settings.first_sample + settings.n_samples;
+    var path = start_path(camera, settings, pixel, sample_ix);
+    while sample_ix < last_sample {
+        if !advance(&path, &sums, camera, settings, pixel, sample_ix) {
+            if all_finite(path.emitted) && all_finite(path.direct) && all_finite(path.indirect) {
+                sums.emitted += path.emitted;
+                sums.direct += path.direct;
+                sums.indirect += path.indirect;
+            } else {
+                sums.n_rejected += 1u;
+            }
+            sums.n_samples += 1u;
+            sample_ix += 1u;
+            path = start_path(camera, settings, pixel, sample_ix);
+        }
+    }
+    return sums;
+}
+
+/// Traces the path's next ray, adds what light it finds, and reflects it. False: the path has ended.
+fn advance(
+    path: ptr<function, Path>,
+    sums: ptr<function, PixelSums>,
+    camera: Camera,
+    settings: PathSettings,
+    pixel: vec2<u32>,
+    sample_ix: u32,
+) -> bool {
+    let depth = (*path).depth;
+    let direction = (*path).direction;
+    let hit = nearest_hit(Ray((*path).origin, 0.0, direction, FLOAT_MAX));
+    if hit_is_miss(hit) {
+        let weight = select(power_heuristic((*path).pdf, pdf_of_sky(direction)), 1.0, depth == 0u);
+        add_light(path, depth, (*path).throughput * sky_radiance(direction) * weight);
+        return false;
+    }
+    let surface = surface_at(hit.triangle, hit.barycentrics);
+    let front = dot(surface.geometric_normal, direction) <= 0.0;
+    if any(surface.emission > vec3<f32>(0.0)) && (front || surface.double_sided) {
+        let light_pdf = pdf_of_emitter(hit.triangle, direction, hit.t);
+        let weight = select(power_heuristic((*path).pdf, light_pdf), 1.0, depth == 0u);
+        add_light(path, depth, (*path).throughput * surface.emission * weight);
+    }
+    let geometric_normal = select(-surface.geometric_normal, surface.geometric_normal, front);
+    var normal = select(-surface.shading_normal, surface.shading_normal, front);
+    // A shading normal that the viewer sees from behind has no meaning.
+    if dot(normal, direction) >= 0.0 {
+        normal = geometric_normal;
+    }
+    if depth == 0u {
+        (*sums).albedo += surface.base_color;
+        (*sums).normal += normal;
+        (*sums).depth += dot(surface.position - camera.position, camera.forward);
+        (*sums).n_surfaces += 1u;
+    }
+    if depth > settings.n_bounces {
+        return false;
+    }
+
+    let frame = frame_from_normal(normal);
+    let white = depth == 0u && settings.irradiance != 0u;
+    let scattering = Scattering(
+        metallic_roughness(
+            select(surface.base_color, vec3<f32>(1.0), white),
+            surface.metallic,
+            surface.roughness,
+        ),
+        white || scene.diffuse_only != 0u,
+        -direction * frame,
+    );
+    let stream = stream_of(settings, pixel);
+    let light = sample_light(surface.position, random_vec4(stream, sample_ix, 2u * depth + 1u));
+    if any(light.weight > vec3<f32>(0.0)) && dot(light.direction, geometric_normal) > 0.0 {
+        let to_light = light.direction * frame;
+        let reflected = evaluate(scattering, to_light) * max(to_light.z, 0.0) * light.weight;
+        if any(reflected > vec3<f32>(0.0)) {
+            let origin = offset_ray_origin(
+                surface.position,
+                surface.position_error,
+                geometric_normal,
+                light.direction,
+            );
+            var shadow = Ray(origin, 0.0, light.direction, FLOAT_MAX);
+            if light.distance < FLOAT_MAX {
+                shadow = Ray(origin, 0.0, light.place - origin, 1.0);
+            }
+            if !any_hit(shadow) {
+                let pdf = scattering_pdf(scattering, to_light);
+                let weight = select(power_heuristic(light.pdf, pdf), 1.0, light.pdf == 0.0);
+                add_light(path, depth + 1u, (*path).throughput * reflected * weight);
+            }
+        }
+    }
+
+    // The last reflection is only followed to find light by chance.
+    if depth == settings.n_bounces && !lights_can_be_hit() {
+        return false;
+    }
+    let u = random_vec4(stream, sample_ix, 2u * depth + 2u);
+    let drawn = scatter(scattering, u.xyz);
+    let next_direction = frame * drawn.direction;
+    if !(drawn.pdf > 0.0) || dot(next_direction, geometric_normal) <= 0.0 {
+        return false;
+    }
+    var throughput = (*path).throughput * drawn.weight;
+    if depth >= ROULETTE_AFTER {
+        let survival = min(max_component(throughput), ROULETTE_MAX);
+        if u.w >= survival {
+            return false;
+        }
+        throughput /= survival;
+    }
+    (*path).origin = offset_ray_origin(
+        surface.position,
+        surface.position_error,
+        geometric_normal,
+        next_direction,
+    );
+    (*path).direction = next_direction;
+    (*path).throughput = throughput;
+    (*path).pdf = drawn.pdf;
+    (*path).depth = depth + 1u;
+    return true;
+}
