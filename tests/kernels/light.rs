@@ -113,7 +113,8 @@ fn punctual_lights_match_the_specification() {
             assert!(error <= bound, "spot {i:?}: {o:?}, cone {cone}");
             assert_eq!(o.sun_irradiance[lane], i.intensity[lane]);
         }
-        assert_eq!((o.sun.truncate(), o.sun.w), (-i.direction, f32::MAX));
+        assert_eq!(o.sun.truncate(), -i.direction);
+        assert!(o.sun.w > 3e38, "{o:?}");
     }
 }
 

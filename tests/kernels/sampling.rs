@@ -423,7 +423,7 @@ fn radical_inverse_hammersley_and_r_two_match_f64() {
 fn sobol(ix: u32) -> [u32; 2] {
     let mut m = [1u32; 32];
     for k in 1..32 {
-        m[k] = (2 * m[k - 1] as u64 ^ m[k - 1] as u64) as u32;
+        m[k] = (2 * u64::from(m[k - 1])) as u32 ^ m[k - 1];
     }
     (0..32)
         .filter(|k| ix >> k & 1 == 1)

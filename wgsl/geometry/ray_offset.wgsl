@@ -9,16 +9,22 @@
 
 #import lucerna::math::constants::UNIT_ROUNDOFF
 
-/// Bounds how far from the triangle's plane an interpolated point, or the intersection of a ray that
-/// starts there, may lie by rounding [same unit as the corners; alike on all axes].
-///
-/// The interpolation has relative error γ₇ of the sum of absolute terms (pbrt eq. 6.26). The next
-/// ray's distance to the same plane is a cancelling sum of products of coordinates relative to its
-/// start, of whatever axis: its error is that of the *largest* coordinate, also on an axis on which
-/// all corners are zero.
+/// Roundings of the largest coordinate in an interpolated position: γ₇ (pbrt eq. 6.26), twice, for
+/// the error of the barycentrics' third weight and of the normal.
+const POSITION_ROUNDINGS: f32 = 16.0;
+/// Roundings of the triangle's extent in the distance from its plane that an intersection with the
+/// *same* triangle sees: its corners' shear mixes the axes, so even a plane of constant coordinate,
+/// where the position is exact, is met up to this far off. Enough for longest edge² up to 100 times
+/// twice the area; of slivers beyond, 1 ray in 100 000 may meet its own triangle.
+const PLANE_ROUNDINGS: f32 = 32.0;
+
+/// Bounds, per axis, the rounding error of `a·(1−u−v) + b·u + c·v` and of the next ray's intersection
+/// with that triangle [same unit as the corners].
 fn interpolation_error(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
-    let largest = max(abs(a), max(abs(b), abs(c)));
-    return vec3<f32>(32.0 * UNIT_ROUNDOFF * max(largest.x, max(largest.y, largest.z)));
+    let size = max(a, max(b, c)) - min(a, min(b, c));
+    let extent = max(size.x, max(size.y, size.z));
+    let position = POSITION_ROUNDINGS * max(abs(a), max(abs(b), abs(c)));
+    return UNIT_ROUNDOFF * (position + PLANE_ROUNDINGS * extent);
 }
 
 /// Moves `position` off its surface to the side of `direction`.
