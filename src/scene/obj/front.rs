@@ -109,17 +109,12 @@ pub(super) fn lines<'a>(
                 },
                 Cow::Owned(bytes) => match String::from_utf8(bytes) {
                     Ok(text) => (Cow::Owned(text), true),
-                    Err(e) => (
-                        Cow::Owned(String::from_utf8_lossy(e.as_bytes()).into_owned()),
-                        false,
-                    ),
+                    Err(e) => {
+                        (Cow::Owned(String::from_utf8_lossy(e.as_bytes()).into_owned()), false)
+                    }
                 },
             };
-            return Some(Ok(Line {
-                number,
-                text,
-                is_utf8,
-            }));
+            return Some(Ok(Line { number, text, is_utf8 }));
         }
     })
 }
@@ -169,11 +164,7 @@ pub(super) fn check(
     let mut corners = Vec::new();
 
     for line in lines(bytes, limits) {
-        let Line {
-            number,
-            text,
-            is_utf8,
-        } = line?;
+        let Line { number, text, is_utf8 } = line?;
         if !is_utf8 {
             problems.add(number, LineProblem::NotUtf8);
         }
@@ -249,12 +240,7 @@ pub(super) fn check(
             + PARSED_BYTES_PER_MESH * u64::from(starts_mesh);
         budget.take(written + parsed, 1, "OBJ text")?;
     }
-    Ok(Checked {
-        vertices,
-        faces,
-        face_lines,
-        problems,
-    })
+    Ok(Checked { vertices, faces, face_lines, problems })
 }
 
 /// Corners of a face, as indices from 0 of position, texture coordinate and normal, the latter two
@@ -313,8 +299,7 @@ fn write_face(faces: &mut String, corners: &[[usize; 3]]) -> std::fmt::Result {
 
 /// Words up to a comment.
 fn words(rest: &str) -> impl Iterator<Item = &str> {
-    rest.split_ascii_whitespace()
-        .take_while(|word| !word.starts_with('#'))
+    rest.split_ascii_whitespace().take_while(|word| !word.starts_with('#'))
 }
 
 /// Reads as many numbers as there are, up to the slice's length; false with fewer than `least`, or
