@@ -106,36 +106,51 @@ impl SceneArguments {
             );
             scene.sky = Sky::Constant(Vec3::ONE);
         }
-        let camera = self.camera(&scene)?;
+        let camera = find_camera(&self.scene, &scene, self.camera.as_deref(), self.size.0)?;
         Ok(Prepared { scene, camera, size: self.size.0 })
     }
+}
 
-    fn camera(&self, scene: &Scene) -> Result<Camera, Box<dyn std::error::Error>> {
-        let Some(wanted) = &self.camera else {
-            if let Some(camera) = scene.cameras.first() {
-                return Ok(camera.clone());
-            }
-            eprintln!("note: the scene has no camera; looking at all of it (--camera)");
-            return Ok(camera_around(scene, self.size.0));
-        };
-        if let Some(camera) = scene.cameras.iter().find(|camera| camera.name == *wanted) {
+/// A scene file as it is, with one of its cameras or a described one.
+pub fn load_with_camera(
+    file: &Path,
+    wanted: Option<&str>,
+) -> Result<(Scene, Camera), Box<dyn std::error::Error>> {
+    let scene = Scene::load(file, &LoadLimits::default())?.scene;
+    let camera = find_camera(file, &scene, wanted, UVec2::ONE)?;
+    Ok((scene, camera))
+}
+
+fn find_camera(
+    file: &Path,
+    scene: &Scene,
+    wanted: Option<&str>,
+    size: UVec2,
+) -> Result<Camera, Box<dyn std::error::Error>> {
+    let Some(wanted) = wanted else {
+        if let Some(camera) = scene.cameras.first() {
             return Ok(camera.clone());
         }
-        if wanted.contains('=') {
-            return Ok(parse_camera(wanted)?);
-        }
-        let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
-        let there = if names.is_empty() {
-            "the file has none".to_owned()
-        } else {
-            format!("the file has {}", names.join(", "))
-        };
-        Err(format!(
-            "no camera `{wanted}` in {}: {there}; or give \"eye=x,y,z target=x,y,z fov=DEG\"",
-            self.scene.display()
-        )
-        .into())
+        eprintln!("note: the scene has no camera; looking at all of it (--camera)");
+        return Ok(camera_around(scene, size));
+    };
+    if let Some(camera) = scene.cameras.iter().find(|camera| camera.name == wanted) {
+        return Ok(camera.clone());
     }
+    if wanted.contains('=') {
+        return Ok(parse_camera(wanted)?);
+    }
+    let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    let there = if names.is_empty() {
+        "the file has none".to_owned()
+    } else {
+        format!("the file has {}", names.join(", "))
+    };
+    Err(format!(
+        "no camera `{wanted}` in {}: {there}; or give \"eye=x,y,z target=x,y,z fov=DEG\"",
+        file.display()
+    )
+    .into())
 }
 
 /// A camera in front of the scene's box, a little above, that sees all of it.

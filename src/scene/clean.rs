@@ -36,8 +36,12 @@ fn unusable(position: Vec3) -> Option<DropReason> {
 }
 
 fn drop_triangles(mesh: &mut Mesh, warnings: &mut Warnings) {
-    const REASONS: [DropReason; 4] =
-        [DropReason::NotFinite, DropReason::Huge, DropReason::ZeroArea, DropReason::Index];
+    const REASONS: [DropReason; 4] = [
+        DropReason::NotFinite,
+        DropReason::Huge,
+        DropReason::ZeroArea,
+        DropReason::Index,
+    ];
     let mut counts = [0usize; REASONS.len()];
     let positions = &mesh.positions;
     mesh.triangles.retain(|triangle| {
@@ -49,7 +53,11 @@ fn drop_triangles(mesh: &mut Mesh, warnings: &mut Warnings) {
     });
     for (n, reason) in counts.into_iter().zip(REASONS) {
         if n > 0 {
-            warnings.push(Warning::Dropped { mesh: mesh.name.clone(), n, reason });
+            warnings.push(Warning::Dropped {
+                mesh: mesh.name.clone(),
+                n,
+                reason,
+            });
         }
     }
 }
@@ -94,7 +102,11 @@ fn compact(mesh: &mut Mesh) {
 
 fn replaced(mesh: &Mesh, n: usize, attribute: Attribute, warnings: &mut Warnings) {
     if n > 0 {
-        warnings.push(Warning::Replaced { mesh: mesh.name.clone(), n, attribute });
+        warnings.push(Warning::Replaced {
+            mesh: mesh.name.clone(),
+            n,
+            attribute,
+        });
     }
 }
 
@@ -201,7 +213,10 @@ pub(super) fn fill_texcoords(
         if is_read && uvs.is_empty() {
             budget.take(n as u64, 8, &mesh.name)?;
             *uvs = vec![Vec2::ZERO; n];
-            warnings.push(Warning::MissingTexcoords { mesh: mesh.name.clone(), set });
+            warnings.push(Warning::MissingTexcoords {
+                mesh: mesh.name.clone(),
+                set,
+            });
         }
     }
     Ok(())

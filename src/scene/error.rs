@@ -201,7 +201,7 @@ pub enum DataProblem {
         count: u64,
     },
     /// There are no bytes at all.
-    #[error("has neither bufferView nor uri")]
+    #[error("has neither bufferView nor sparse values")]
     Missing,
 }
 

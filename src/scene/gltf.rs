@@ -62,7 +62,10 @@ pub(super) fn load(
         default_material: None,
         textures: vec![None; root.textures.len()],
         images: vec![None; root.images.len()],
-        data: Data { root: &root, buffers },
+        data: Data {
+            root: &root,
+            buffers,
+        },
         folder,
         limits,
         budget,
@@ -79,7 +82,10 @@ pub(super) fn load(
     if loader.scene.instances.is_empty() {
         loader.warnings.push(Warning::NoTriangles);
     }
-    Ok(Loaded { scene: loader.scene, warnings: loader.warnings.into_vec() })
+    Ok(Loaded {
+        scene: loader.scene,
+        warnings: loader.warnings.into_vec(),
+    })
 }
 
 fn read_buffers<'a>(
@@ -115,8 +121,10 @@ impl Loader<'_> {
         let root = self.data.root;
         let known = |name: &&String| !container::EXTENSIONS.contains(&name.as_str());
         for name in root.extensions_used.iter().filter(known) {
-            self.warnings
-                .push(Warning::Ignored { at: "extensionsUsed".to_owned(), what: short(name) });
+            self.warnings.push(Warning::Ignored {
+                at: "extensionsUsed".to_owned(),
+                what: short(name),
+            });
         }
         if !root.animations.is_empty() {
             self.warnings.push(Warning::Ignored {
@@ -132,7 +140,10 @@ impl Loader<'_> {
         if let Some(camera) = node.camera {
             self.camera(camera.value(), placed, &at)?;
         }
-        let light = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        let light = node
+            .extensions
+            .as_ref()
+            .and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(light) = light {
             self.light(light.light.value(), placed, &at)?;
         }
@@ -172,13 +183,19 @@ impl Loader<'_> {
                 None
             };
             if let Some(problem) = problem {
-                self.warnings.push(Warning::Transform { node: at.to_owned(), problem });
+                self.warnings.push(Warning::Transform {
+                    node: at.to_owned(),
+                    problem,
+                });
                 continue;
             }
             let n = self.scene.meshes[mesh].triangles.len() as u64;
             self.n_triangles = self.n_triangles.saturating_add(n);
             self.check_triangles(self.n_triangles, at)?;
-            self.scene.instances.push(Instance { mesh, world_from_object });
+            self.scene.instances.push(Instance {
+                mesh,
+                world_from_object,
+            });
         }
         Ok(())
     }
@@ -214,7 +231,12 @@ fn index<'a, T>(
     of: &'static str,
     at: impl FnOnce() -> String,
 ) -> Result<&'a T, ErrorKind> {
-    array.get(index).ok_or_else(|| ErrorKind::Index { at: at(), index, of, len: array.len() })
+    array.get(index).ok_or_else(|| ErrorKind::Index {
+        at: at(),
+        index,
+        of,
+        len: array.len(),
+    })
 }
 
 /// `nodes[3] (table)`.
@@ -227,6 +249,10 @@ fn named(of: &str, ix: usize, name: Option<&str>) -> String {
 
 /// A world-space unit vector from a node's axis; scale is ignored.
 fn direction(placed: &Placed, axis: Vec3) -> Option<Vec3> {
-    let v = placed.world_from_object.transform_vector3(axis.as_dvec3()).normalize().as_vec3();
+    let v = placed
+        .world_from_object
+        .transform_vector3(axis.as_dvec3())
+        .normalize()
+        .as_vec3();
     v.is_finite().then_some(v)
 }

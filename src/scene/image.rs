@@ -48,7 +48,11 @@ pub(super) fn decode(
         return Err(ImageError::Empty);
     }
     if n_pixels > limits.max_image_pixels {
-        return Err(ImageError::TooLarge { width, height, limit: limits.max_image_pixels });
+        return Err(ImageError::TooLarge {
+            width,
+            height,
+            limit: limits.max_image_pixels,
+        });
     }
     let n_bytes = bytes.len() as u64;
     let plausible = match format {
@@ -59,17 +63,37 @@ pub(super) fn decode(
         _ => n_pixels <= n_bytes * JPEG_MAX_PIXELS_PER_BYTE,
     };
     if !plausible {
-        return Err(ImageError::Lies { width, height, bytes: n_bytes });
+        return Err(ImageError::Lies {
+            width,
+            height,
+            bytes: n_bytes,
+        });
     }
     let left = budget.left();
-    budget.take(n_pixels, 4, "image").map_err(|_| ImageError::NoBudget { width, height, left })?;
+    budget
+        .take(n_pixels, 4, "image")
+        .map_err(|_| ImageError::NoBudget {
+            width,
+            height,
+            left,
+        })?;
 
     let pixels = DynamicImage::from_decoder(decoder).map_err(decode)?;
     let rgba: Vec<[u8; 4]> = pixels.into_rgba8().pixels().map(|pixel| pixel.0).collect();
-    Ok(Image { name, width, height, rgba })
+    Ok(Image {
+        name,
+        width,
+        height,
+        rgba,
+    })
 }
 
 /// One white texel, for an image that cannot be read.
 pub(super) fn white(name: String) -> Image {
-    Image { name, width: 1, height: 1, rgba: vec![[255; 4]] }
+    Image {
+        name,
+        width: 1,
+        height: 1,
+        rgba: vec![[255; 4]],
+    }
 }

@@ -54,12 +54,17 @@ pub(super) struct Budget {
 
 impl Budget {
     pub fn new(limits: &LoadLimits) -> Self {
-        Self { limit: limits.max_bytes, used: 0 }
+        Self {
+            limit: limits.max_bytes,
+            used: 0,
+        }
     }
 
     /// Takes `n` elements of `size` bytes, or says that they are too many. Call it before allocating.
     pub fn take(&mut self, n: u64, size: u64, what: &str) -> Result<(), ErrorKind> {
-        let used = n.checked_mul(size).and_then(|bytes| bytes.checked_add(self.used));
+        let used = n
+            .checked_mul(size)
+            .and_then(|bytes| bytes.checked_add(self.used));
         match used {
             Some(used) if used <= self.limit => {
                 self.used = used;

@@ -62,7 +62,10 @@ impl Scene {
     /// The file, or a buffer that it needs, cannot be read, is not what its format says, requires
     /// an unsupported extension, or asks for more than `limits`.
     pub fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, SceneError> {
-        load(path, limits).map_err(|kind| SceneError { file: Some(path.to_owned()), kind })
+        load(path, limits).map_err(|kind| SceneError {
+            file: Some(path.to_owned()),
+            kind,
+        })
     }
 
     /// Like [`Scene::load`], from the bytes of a `.gltf` or `.glb` file. Files that they name lie
@@ -100,8 +103,9 @@ impl Scene {
         for instance in &self.instances {
             let mesh = &self.meshes[instance.mesh];
             for &corner in mesh.triangles.iter().flatten() {
-                let p =
-                    instance.world_from_object.transform_point3(mesh.positions[corner as usize]);
+                let p = instance
+                    .world_from_object
+                    .transform_point3(mesh.positions[corner as usize]);
                 let (min, max) = bounds.unwrap_or((p, p));
                 bounds = Some((min.min(p), max.max(p)));
             }
@@ -119,13 +123,17 @@ impl Scene {
 }
 
 fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, ErrorKind> {
-    let extension =
-        path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase())
+        .unwrap_or_default();
     let is_obj = match extension.as_str() {
         "gltf" | "glb" => false,
         "obj" => true,
         _ => {
-            return Err(ErrorKind::UnknownFormat { extension: short(&extension) });
+            return Err(ErrorKind::UnknownFormat {
+                extension: short(&extension),
+            });
         }
     };
     let mut budget = Budget::new(limits);

@@ -10,6 +10,7 @@ mod polygon;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::io::Read;
 use std::path::Path;
 
 use glam::{Affine3A, Vec2, Vec3};
@@ -34,7 +35,14 @@ pub(super) fn load(
     let declared = front::declared(bytes, limits)?;
     let mut library = mtl::Library::default();
     for name in &declared.libraries {
-        mtl::read(&mut library, name, folder, limits, &mut budget, &mut warnings);
+        mtl::read(
+            &mut library,
+            name,
+            folder,
+            limits,
+            &mut budget,
+            &mut warnings,
+        );
     }
     let checked = front::check(bytes, &declared, &library.by_name, limits, &mut budget)?;
     let mut problems = checked.problems;
@@ -42,15 +50,18 @@ pub(super) fn load(
 
     let n_materials = library.materials.len();
     let (models, _) = tobj::load_obj_buf(
-        &mut checked.text.as_bytes(),
-        &tobj::LoadOptions { single_index: true, ..Default::default() },
+        &mut checked.vertices.as_bytes().chain(checked.faces.as_bytes()),
+        &tobj::LoadOptions {
+            single_index: true,
+            ..Default::default()
+        },
         |_| {
             let names = (0..n_materials).map(|i| (format!("m{i}"), i)).collect();
             Ok((vec![tobj::Material::default(); n_materials], names))
         },
     )
     .map_err(ErrorKind::Obj)?;
-    drop(checked.text);
+    drop((checked.vertices, checked.faces));
 
     let mut scene = Scene::default();
     let mut maker = mtl::Maker::new(folder, limits);
@@ -82,16 +93,20 @@ pub(super) fn load(
                 setting: "max_instances",
             });
         }
-        scene
-            .instances
-            .push(Instance { mesh: scene.meshes.len(), world_from_object: Affine3A::IDENTITY });
+        scene.instances.push(Instance {
+            mesh: scene.meshes.len(),
+            world_from_object: Affine3A::IDENTITY,
+        });
         scene.meshes.push(mesh);
     }
     problems.report(&mut warnings);
     if scene.instances.is_empty() {
         warnings.push(Warning::NoTriangles);
     }
-    Ok(Loaded { scene, warnings: warnings.into_vec() })
+    Ok(Loaded {
+        scene,
+        warnings: warnings.into_vec(),
+    })
 }
 
 /// One mesh for all that an object has of one material: files switch to and fro by the thousand.
@@ -107,7 +122,11 @@ fn merged(
     for model in models {
         let material = model.mesh.material_id;
         let part = mesh(model, lines, limits, problems);
-        let has = [!part.normals.is_empty(), !part.uv0.is_empty(), !part.colors.is_empty()];
+        let has = [
+            !part.normals.is_empty(),
+            !part.uv0.is_empty(),
+            !part.colors.is_empty(),
+        ];
         match known.entry((part.name.clone(), material, has)) {
             Entry::Occupied(mut entry) => {
                 let whole = &mut meshes[*entry.get()].0;
@@ -150,10 +169,16 @@ fn mesh(
     let vec3 = |c: &[f32]| Vec3::new(c[0], c[1], c[2]);
     let positions: Vec<Vec3> = source.positions.chunks_exact(3).map(vec3).collect();
 
-    let n_triangular_faces =
-        if source.face_arities.is_empty() { source.indices.len() / 3 } else { 0 };
-    let arities =
-        source.face_arities.iter().copied().chain(std::iter::repeat_n(3, n_triangular_faces));
+    let n_triangular_faces = if source.face_arities.is_empty() {
+        source.indices.len() / 3
+    } else {
+        0
+    };
+    let arities = source
+        .face_arities
+        .iter()
+        .copied()
+        .chain(std::iter::repeat_n(3, n_triangular_faces));
     let mut triangles = Vec::with_capacity(source.indices.len() / 3);
     let mut rest = source.indices.as_slice();
     let mut corners = Vec::new();
@@ -178,8 +203,16 @@ fn mesh(
     let texcoords = given(&source.texcoords).then_some(source.texcoords);
     let is_colored = source.vertex_color.iter().any(|&v| v != 1.0);
     Mesh {
-        name: if model.name == UNNAMED { "unnamed object".to_owned() } else { model.name },
-        normals: normals.iter().flat_map(|n| n.chunks_exact(3)).map(vec3).collect(),
+        name: if model.name == UNNAMED {
+            "unnamed object".to_owned()
+        } else {
+            model.name
+        },
+        normals: normals
+            .iter()
+            .flat_map(|n| n.chunks_exact(3))
+            .map(vec3)
+            .collect(),
         // OBJ's v points up, glTF's down.
         uv0: texcoords
             .iter()
@@ -187,7 +220,11 @@ fn mesh(
             .map(|c| Vec2::new(c[0], 1.0 - c[1]))
             .collect(),
         colors: if is_colored {
-            source.vertex_color.chunks_exact(3).map(|c| vec3(c).extend(1.0)).collect()
+            source
+                .vertex_color
+                .chunks_exact(3)
+                .map(|c| vec3(c).extend(1.0))
+                .collect()
         } else {
             Vec::new()
         },

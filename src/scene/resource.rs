@@ -11,7 +11,10 @@ use super::limits::Budget;
 /// Reads a file whole, if it is a regular one and fits the budget.
 pub(super) fn read_file(path: &Path, budget: &mut Budget) -> Result<Vec<u8>, ResourceError> {
     let name = || path.display().to_string();
-    let io = |source| ResourceError::Io { path: name(), source };
+    let io = |source| ResourceError::Io {
+        path: name(),
+        source,
+    };
     // Asked before opening: to open a pipe would wait for its writer.
     if !std::fs::metadata(path).map_err(io)?.is_file() {
         return Err(ResourceError::NotAFile { path: name() });
@@ -19,13 +22,19 @@ pub(super) fn read_file(path: &Path, budget: &mut Budget) -> Result<Vec<u8>, Res
     let file = File::open(path).map_err(io)?;
     let len = file.metadata().map_err(io)?.len();
     let left = budget.left();
-    let too_long = |len| ResourceError::TooLong { path: name(), len, left };
+    let too_long = |len| ResourceError::TooLong {
+        path: name(),
+        len,
+        left,
+    };
     if len > left {
         return Err(too_long(len));
     }
     let mut bytes = Vec::with_capacity(usize::try_from(len).map_err(|_| too_long(len))?);
     // The file may have grown since: one byte past the budget tells.
-    file.take(left.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
+    file.take(left.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(io)?;
     let len = bytes.len() as u64;
     budget.take(len, 1, "file").map_err(|_| too_long(len))?;
     Ok(bytes)
@@ -44,15 +53,20 @@ pub(super) fn read_uri(
         }
         let len = base64.len() as u64 / 4 * 3 + 3;
         let left = budget.left();
-        budget.take(len, 1, "data URI").map_err(|_| ResourceError::TooLong {
-            path: "data URI".to_owned(),
-            len,
-            left,
-        })?;
+        budget
+            .take(len, 1, "data URI")
+            .map_err(|_| ResourceError::TooLong {
+                path: "data URI".to_owned(),
+                len,
+                left,
+            })?;
         return decode_base64(base64.as_bytes());
     }
     if let Some(scheme) = scheme(uri) {
-        return Err(ResourceError::Scheme { uri: short(uri), scheme: short(scheme) });
+        return Err(ResourceError::Scheme {
+            uri: short(uri),
+            scheme: short(scheme),
+        });
     }
     read_beside(&decode_percent(uri)?, folder, budget)
 }
@@ -76,19 +90,27 @@ fn resolve(name: &str, folder: Option<&Path>) -> Result<PathBuf, ResourceError> 
     if name.contains('\0') || scheme(&name).is_some() {
         return Err(outside());
     }
-    let mut depth = 0usize;
+    // Put together by components: Windows' canonical paths take no `/` and no `..`.
+    let mut relative = PathBuf::new();
     for component in Path::new(&name).components() {
-        depth = match component {
-            Component::Normal(_) => depth + 1,
-            Component::CurDir => depth,
-            Component::ParentDir => depth.checked_sub(1).ok_or_else(outside)?,
-            Component::RootDir | Component::Prefix(_) => return Err(outside()),
-        };
+        match component {
+            Component::Normal(part) => relative.push(part),
+            Component::CurDir => {}
+            Component::ParentDir if relative.pop() => {}
+            _ => return Err(outside()),
+        }
     }
-    let io = |source| ResourceError::Io { path: short(&name), source };
+    let io = |source| ResourceError::Io {
+        path: short(&name),
+        source,
+    };
     let folder = folder.canonicalize().map_err(io)?;
-    let path = folder.join(&name).canonicalize().map_err(io)?;
-    if path.starts_with(&folder) { Ok(path) } else { Err(outside()) }
+    let path = folder.join(relative).canonicalize().map_err(io)?;
+    if path.starts_with(&folder) {
+        Ok(path)
+    } else {
+        Err(outside())
+    }
 }
 
 /// What stands before a URI's first colon, if that can be a scheme (or a drive letter).
@@ -102,11 +124,15 @@ fn scheme(uri: &str) -> Option<&str> {
 
 fn strip_prefix_ignore_case<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {
     let head = text.get(..prefix.len())?;
-    head.eq_ignore_ascii_case(prefix).then(|| &text[prefix.len()..])
+    head.eq_ignore_ascii_case(prefix)
+        .then(|| &text[prefix.len()..])
 }
 
 fn decode_percent(uri: &str) -> Result<String, ResourceError> {
-    let broken = |byte| ResourceError::Percent { uri: short(uri), byte };
+    let broken = |byte| ResourceError::Percent {
+        uri: short(uri),
+        byte,
+    };
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let Some((&first, tail)) = rest.split_first() {
@@ -144,7 +170,9 @@ fn decode_base64(text: &[u8]) -> Result<Vec<u8>, ResourceError> {
     for (group_ix, group) in body.chunks(4).enumerate() {
         let mut bits = 0u32;
         for (i, &c) in group.iter().enumerate() {
-            let digit = value(c).ok_or(ResourceError::Base64 { at: group_ix * 4 + i })?;
+            let digit = value(c).ok_or(ResourceError::Base64 {
+                at: group_ix * 4 + i,
+            })?;
             bits |= u32::from(digit) << (18 - 6 * i);
         }
         out.extend_from_slice(&bits.to_be_bytes()[1..group.len()]);

@@ -85,7 +85,9 @@ fn check(
 
 /// The first problem whose condition holds.
 fn first<const N: usize>(problems: [(bool, &'static str); N]) -> Option<&'static str> {
-    problems.into_iter().find_map(|(holds, problem)| holds.then_some(problem))
+    problems
+        .into_iter()
+        .find_map(|(holds, problem)| holds.then_some(problem))
 }
 
 fn is_unit(v: Vec3) -> bool {
@@ -105,34 +107,69 @@ fn mesh_problem(mesh: &Mesh, material: Option<&Material>) -> Option<&'static str
     let n = mesh.positions.len();
     let wrong_length = |len: usize| len != 0 && len != n;
     let sets = [&mesh.uv0, &mesh.uv1];
-    let reads = |set: u32| material.iter().flat_map(|m| texture_refs(m)).any(|t| t.uv_set == set);
+    let reads = |set: u32| {
+        material
+            .iter()
+            .flat_map(|m| texture_refs(m))
+            .any(|t| t.uv_set == set)
+    };
     let problem = first([
         (material.is_none(), "material out of range"),
         (mesh.triangles.is_empty(), "no triangles"),
-        (wrong_length(mesh.normals.len()), "as many normals as positions, or none"),
-        (wrong_length(mesh.tangents.len()), "as many tangents as positions, or none"),
+        (
+            wrong_length(mesh.normals.len()),
+            "as many normals as positions, or none",
+        ),
+        (
+            wrong_length(mesh.tangents.len()),
+            "as many tangents as positions, or none",
+        ),
         (
             sets.iter().any(|s| wrong_length(s.len())),
             "as many texture coordinates as positions, or none",
         ),
-        (wrong_length(mesh.colors.len()), "as many colours as positions, or none"),
-        (!mesh.positions.iter().all(|&p| in_reach(p)), "position not finite or beyond 1e9 m"),
-        (!mesh.normals.iter().all(|&v| is_unit(v)), "normal not of unit length"),
         (
-            !mesh.tangents.iter().all(|t| is_unit(t.truncate()) && t.w.abs() == 1.0),
+            wrong_length(mesh.colors.len()),
+            "as many colours as positions, or none",
+        ),
+        (
+            !mesh.positions.iter().all(|&p| in_reach(p)),
+            "position not finite or beyond 1e9 m",
+        ),
+        (
+            !mesh.normals.iter().all(|&v| is_unit(v)),
+            "normal not of unit length",
+        ),
+        (
+            !mesh
+                .tangents
+                .iter()
+                .all(|t| is_unit(t.truncate()) && t.w.abs() == 1.0),
             "tangent not of unit length, or its sign not ±1",
         ),
-        (!sets.iter().all(|s| s.iter().all(|uv| uv.is_finite())), "texture coordinate not finite"),
         (
-            !mesh.colors.iter().all(|c| c.is_finite() && c.min_element() >= 0.0),
+            !sets.iter().all(|s| s.iter().all(|uv| uv.is_finite())),
+            "texture coordinate not finite",
+        ),
+        (
+            !mesh
+                .colors
+                .iter()
+                .all(|c| c.is_finite() && c.min_element() >= 0.0),
             "colour negative or not finite",
         ),
         (
-            (0..).zip(sets).any(|(set, uvs)| uvs.is_empty() && reads(set)),
+            (0..)
+                .zip(sets)
+                .any(|(set, uvs)| uvs.is_empty() && reads(set)),
             "lacks texture coordinates that its material reads",
         ),
     ]);
-    problem.or_else(|| mesh.triangles.iter().find_map(|t| triangle_problem(mesh, t)))
+    problem.or_else(|| {
+        mesh.triangles
+            .iter()
+            .find_map(|t| triangle_problem(mesh, t))
+    })
 }
 
 fn triangle_problem(mesh: &Mesh, triangle: &[u32; 3]) -> Option<&'static str> {
@@ -174,16 +211,35 @@ fn material_problem(material: &Material, n_textures: usize) -> Option<&'static s
     };
     first([
         (
-            !material.base_color.to_array().iter().all(|c| unit.contains(c)),
+            !material
+                .base_color
+                .to_array()
+                .iter()
+                .all(|c| unit.contains(c)),
             "base colour not in 0..=1",
         ),
         (!unit.contains(&material.metallic), "metallic not in 0..=1"),
-        (!unit.contains(&material.roughness), "roughness not in 0..=1"),
-        (!is_strength(material.emission), "emission negative or not finite"),
-        (!material.normal_scale.is_finite(), "normal scale not finite"),
+        (
+            !unit.contains(&material.roughness),
+            "roughness not in 0..=1",
+        ),
+        (
+            !is_strength(material.emission),
+            "emission negative or not finite",
+        ),
+        (
+            !material.normal_scale.is_finite(),
+            "normal scale not finite",
+        ),
         (!cutoff_ok, "alpha cutoff negative or not finite"),
-        (texture_refs(material).any(|t| t.texture >= n_textures), "texture out of range"),
-        (texture_refs(material).any(|t| t.uv_set > 1), "texture coordinate set not 0 or 1"),
+        (
+            texture_refs(material).any(|t| t.texture >= n_textures),
+            "texture out of range",
+        ),
+        (
+            texture_refs(material).any(|t| t.uv_set > 1),
+            "texture coordinate set not 0 or 1",
+        ),
         (
             texture_refs(material).any(|t| !t.uv_from_mesh.is_finite()),
             "texture transform not finite",
@@ -193,20 +249,37 @@ fn material_problem(material: &Material, n_textures: usize) -> Option<&'static s
 
 fn light_problem(light: &Light) -> Option<&'static str> {
     let (position, direction, strength, range) = match *light {
-        Light::Point { position, intensity, range } => (position, Vec3::Y, intensity, range),
-        Light::Spot { position, direction, intensity, inner, outer, range } => {
+        Light::Point {
+            position,
+            intensity,
+            range,
+        } => (position, Vec3::Y, intensity, range),
+        Light::Spot {
+            position,
+            direction,
+            intensity,
+            inner,
+            outer,
+            range,
+        } => {
             if !(inner >= 0.0 && inner < outer && outer <= FRAC_PI_2) {
                 return Some("cone angles not 0 ≤ inner < outer ≤ π/2");
             }
             (position, direction, intensity, range)
         }
-        Light::Directional { direction, irradiance } => (Vec3::ZERO, direction, irradiance, None),
+        Light::Directional {
+            direction,
+            irradiance,
+        } => (Vec3::ZERO, direction, irradiance, None),
     };
     first([
         (!in_reach(position), "position not finite or beyond 1e9 m"),
         (!is_unit(direction), "direction not of unit length"),
         (!is_strength(strength), "strength negative or not finite"),
-        (range.is_some_and(|r| !(r > 0.0 && r.is_finite())), "range not positive"),
+        (
+            range.is_some_and(|r| !(r > 0.0 && r.is_finite())),
+            "range not positive",
+        ),
     ])
 }
 
@@ -216,10 +289,22 @@ fn camera_problem(camera: &Camera) -> Option<&'static str> {
         Projection::Orthographic { half_height } => half_height > 0.0 && half_height.is_finite(),
     };
     first([
-        (!in_reach(camera.position), "position not finite or beyond 1e9 m"),
-        (!is_unit(camera.forward) || !is_unit(camera.up), "forward or up not of unit length"),
-        (camera.forward.dot(camera.up).abs() > UNIT_TOLERANCE, "up not orthogonal to forward"),
-        (!projection_ok, "field of view not in 0..π, or height not positive"),
+        (
+            !in_reach(camera.position),
+            "position not finite or beyond 1e9 m",
+        ),
+        (
+            !is_unit(camera.forward) || !is_unit(camera.up),
+            "forward or up not of unit length",
+        ),
+        (
+            camera.forward.dot(camera.up).abs() > UNIT_TOLERANCE,
+            "up not orthogonal to forward",
+        ),
+        (
+            !projection_ok,
+            "field of view not in 0..π, or height not positive",
+        ),
     ])
 }
 
@@ -235,7 +320,10 @@ fn sky_problem(sky: &Sky) -> Option<&'static str> {
                     n == 0 || n != rgb.len() as u64,
                     "width · height is 0 or not the number of texels",
                 ),
-                (!rgb.iter().all(|&c| is_strength(c)), "radiance negative or not finite"),
+                (
+                    !rgb.iter().all(|&c| is_strength(c)),
+                    "radiance negative or not finite",
+                ),
             ])
         }
     }

@@ -2,9 +2,11 @@
 
 mod bsdf;
 mod geometry;
+mod color;
 mod harness;
 mod light;
 mod math;
 mod rays;
 mod sampling;
 mod statistics;
+mod sh;

@@ -82,6 +82,22 @@ fn bytes() {
 }
 
 #[test]
+fn parsed_json_counts_before_it_is_parsed() {
+    let nodes = vec!["{}"; 1000].join(",");
+    let file = format!(r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}]}}"#);
+    for (max_bytes, ok) in [(1_000_000, false), (2_000_000, true)] {
+        let limits = LoadLimits {
+            max_bytes,
+            ..LoadLimits::default()
+        };
+        match Scene::from_gltf_slice(file.as_bytes(), None, &limits) {
+            Ok(_) => assert!(ok),
+            Err(error) => assert!(!ok && error.to_string().starts_with("JSON objects: ")),
+        }
+    }
+}
+
+#[test]
 fn image_pixels() {
     let mut png = Vec::new();
     image::RgbaImage::new(4, 3)

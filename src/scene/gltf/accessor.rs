@@ -88,7 +88,9 @@ impl Data<'_> {
 
     /// How many components an element has.
     pub fn n_components(&self, ix: Index<Accessor>, at: &str) -> Result<usize, ErrorKind> {
-        let accessor = index(&self.root.accessors, ix.value(), "accessors", || at.to_owned())?;
+        let accessor = index(&self.root.accessors, ix.value(), "accessors", || {
+            at.to_owned()
+        })?;
         match accessor.type_ {
             Checked::Valid(kind) => Ok(kind.multiplicity()),
             Checked::Invalid => Err(problem(at, ix, DataProblem::Unknown("type"))),
@@ -107,7 +109,9 @@ impl Data<'_> {
         warnings: &mut Warnings,
     ) -> Result<Packed, ErrorKind> {
         let wrong = |p| problem(at, ix, p);
-        let accessor = index(&self.root.accessors, ix.value(), "accessors", || at.to_owned())?;
+        let accessor = index(&self.root.accessors, ix.value(), "accessors", || {
+            at.to_owned()
+        })?;
         let Checked::Valid(accessor::GenericComponentType(component)) = accessor.component_type
         else {
             return Err(wrong(DataProblem::Unknown("componentType")));
@@ -126,7 +130,9 @@ impl Data<'_> {
         let count = accessor.count.0;
         // Vertex indices are 32-bit. What is read becomes 4 bytes a component, while the bytes that
         // are packed here are still held.
-        let n = usize::try_from(count).ok().filter(|&n| u32::try_from(n).is_ok());
+        let n = usize::try_from(count)
+            .ok()
+            .filter(|&n| u32::try_from(n).is_ok());
         budget.take(count, (4 * n_components + size) as u64, at)?;
         let n = n.ok_or_else(|| ErrorKind::TooMuch {
             what: at.to_owned(),
@@ -140,8 +146,9 @@ impl Data<'_> {
             let offset = accessor.byte_offset.map_or(0, |o| o.0);
             let source = self.strided(view, offset, count, size, component.size(), &wrong)?;
             if source.misaligned {
-                warnings
-                    .push(Warning::Misaligned { at: format!("accessors[{}] ({at})", ix.value()) });
+                warnings.push(Warning::Misaligned {
+                    at: format!("accessors[{}] ({at})", ix.value()),
+                });
             }
             bytes.reserve_exact(n * size);
             if n > 0 && source.stride == size {
@@ -160,7 +167,11 @@ impl Data<'_> {
         if let Some(sparse) = &accessor.sparse {
             self.put_sparse(sparse, &mut bytes, size, component.size(), count, &wrong)?;
         }
-        Ok(Packed { bytes, component, normalized: accessor.normalized })
+        Ok(Packed {
+            bytes,
+            component,
+            normalized: accessor.normalized,
+        })
     }
 
     fn put_sparse(
@@ -187,7 +198,14 @@ impl Data<'_> {
             wrong,
         )?;
         let at = sparse.values.byte_offset.0;
-        let values = self.strided(sparse.values.buffer_view, at, n, size, component_size, wrong)?;
+        let values = self.strided(
+            sparse.values.buffer_view,
+            at,
+            n,
+            size,
+            component_size,
+            wrong,
+        )?;
         // Both lie in buffers, so `n` fits a usize.
         let mut least = 0u64;
         for number in 0..n as usize {
@@ -199,7 +217,11 @@ impl Data<'_> {
                 _ => return Err(wrong(DataProblem::Unknown("sparse.indices.componentType"))),
             };
             if index < least || index >= count {
-                return Err(wrong(DataProblem::Sparse { number, index, count }));
+                return Err(wrong(DataProblem::Sparse {
+                    number,
+                    index,
+                    count,
+                }));
             }
             least = index + 1;
             let to = index as usize * size;
@@ -253,10 +275,13 @@ impl Data<'_> {
     /// A view's bytes, where they start in the buffer, and its stride.
     pub fn view(&self, ix: Index<buffer::View>) -> Result<(&[u8], u64, Option<usize>), ErrorKind> {
         let at = || format!("bufferViews[{}]", ix.value());
-        let view =
-            index(&self.root.buffer_views, ix.value(), "bufferViews", || "bufferView".to_owned())?;
+        let view = index(&self.root.buffer_views, ix.value(), "bufferViews", || {
+            "bufferView".to_owned()
+        })?;
         let buffer_ix = view.buffer.value();
-        let buffer = index(&self.buffers, buffer_ix, "buffers", || format!("{}.buffer", at()))?;
+        let buffer = index(&self.buffers, buffer_ix, "buffers", || {
+            format!("{}.buffer", at())
+        })?;
         let start = view.byte_offset.map_or(0, |o| o.0);
         let end = start.checked_add(view.byte_length.0);
         let bytes = end
@@ -281,7 +306,10 @@ struct Strided<'a> {
 }
 
 fn problem(at: &str, ix: Index<Accessor>, problem: DataProblem) -> ErrorKind {
-    ErrorKind::Data { at: format!("{at}: accessors[{}]", ix.value()), problem }
+    ErrorKind::Data {
+        at: format!("{at}: accessors[{}]", ix.value()),
+        problem,
+    }
 }
 
 fn to_floats<const N: usize>(packed: &Packed) -> Vec<[f32; N]> {
@@ -295,9 +323,9 @@ fn to_floats<const N: usize>(packed: &Packed) -> Vec<[f32; N]> {
     match packed.component {
         ComponentType::F32 => vectors(4, &|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
         ComponentType::U8 => vectors(1, &|b| f32::from(b[0]) / 255.0),
-        ComponentType::U16 => {
-            vectors(2, &|b| f32::from(u16::from_le_bytes([b[0], b[1]])) / 65535.0)
-        }
+        ComponentType::U16 => vectors(2, &|b| {
+            f32::from(u16::from_le_bytes([b[0], b[1]])) / 65535.0
+        }),
         // `packed` lets no others through.
         ComponentType::I8 | ComponentType::I16 | ComponentType::U32 => Vec::new(),
     }
@@ -306,12 +334,14 @@ fn to_floats<const N: usize>(packed: &Packed) -> Vec<[f32; N]> {
 fn to_indices(bytes: &[u8], component: ComponentType) -> Vec<u32> {
     match component {
         ComponentType::U8 => bytes.iter().map(|&b| u32::from(b)).collect(),
-        ComponentType::U16 => {
-            bytes.chunks_exact(2).map(|b| u32::from(u16::from_le_bytes([b[0], b[1]]))).collect()
-        }
-        ComponentType::U32 => {
-            bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
-        }
+        ComponentType::U16 => bytes
+            .chunks_exact(2)
+            .map(|b| u32::from(u16::from_le_bytes([b[0], b[1]])))
+            .collect(),
+        ComponentType::U32 => bytes
+            .chunks_exact(4)
+            .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect(),
         // `packed` lets no others through.
         ComponentType::I8 | ComponentType::I16 | ComponentType::F32 => Vec::new(),
     }

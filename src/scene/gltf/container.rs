@@ -10,8 +10,11 @@ const HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
 
 /// Extensions that this loader knows; a file may require these and no others.
-pub(super) const EXTENSIONS: [&str; 3] =
-    ["KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_texture_transform"];
+pub(super) const EXTENSIONS: [&str; 3] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_texture_transform",
+];
 
 /// The parsed JSON's size: the largest object (a material) has 424 bytes, an array's element or an
 /// object's member at most 64, and arrays grow by doubling. Strings are copied as they are.
@@ -33,8 +36,9 @@ pub(super) fn parse<'a>(
         }
         (json, None)
     };
-    let text =
-        std::str::from_utf8(json).map_err(|e| ErrorKind::NotUtf8 { byte: e.valid_up_to() })?;
+    let text = std::str::from_utf8(json).map_err(|e| ErrorKind::NotUtf8 {
+        byte: e.valid_up_to(),
+    })?;
     // A chunk is to be padded with blanks; some exporters pad with zeros.
     let text = text.trim_end_matches('\0');
     let (mut n_objects, mut n_elements) = (0, 0);
@@ -46,11 +50,14 @@ pub(super) fn parse<'a>(
     budget.take(text.len() as u64, 1, "JSON text")?;
     budget.take(n_objects, BYTES_PER_OBJECT, "JSON objects")?;
     budget.take(n_elements, BYTES_PER_ELEMENT, "JSON elements")?;
-    let root =
-        Root::from_str(text).map_err(|e| ErrorKind::Json { message: short(&e.to_string()) })?;
+    let root = Root::from_str(text).map_err(|e| ErrorKind::Json {
+        message: short(&e.to_string()),
+    })?;
     check_version(&root)?;
-    if let Some(name) =
-        root.extensions_required.iter().find(|name| !EXTENSIONS.contains(&name.as_str()))
+    if let Some(name) = root
+        .extensions_required
+        .iter()
+        .find(|name| !EXTENSIONS.contains(&name.as_str()))
     {
         return Err(ErrorKind::Extension { name: short(name) });
     }
@@ -62,7 +69,9 @@ fn check_version(root: &Root) -> Result<(), ErrorKind> {
     let too_new = asset.min_version.as_deref().filter(|v| *v != "2.0");
     let other = Some(asset.version.as_str()).filter(|v| !v.starts_with("2."));
     match too_new.or(other) {
-        Some(version) => Err(ErrorKind::Version { version: short(version) }),
+        Some(version) => Err(ErrorKind::Version {
+            version: short(version),
+        }),
         None => Ok(()),
     }
 }
@@ -78,7 +87,9 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ErrorKind> {
 
     let version = word(bytes, 4).ok_or_else(|| cut(4))?;
     if version != 2 {
-        return Err(ErrorKind::Version { version: version.to_string() });
+        return Err(ErrorKind::Version {
+            version: version.to_string(),
+        });
     }
     let length = word(bytes, 8).ok_or_else(|| cut(8))? as usize;
     if length < HEADER_BYTES || length > bytes.len() {
@@ -91,16 +102,25 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ErrorKind> {
         let length = word(bytes, at).ok_or_else(|| cut(at))? as usize;
         let kind = word(bytes, at + 4).ok_or_else(|| cut(at + 4))?;
         let start = at + CHUNK_HEADER_BYTES;
-        let end = start.checked_add(length).filter(|&end| end <= bytes.len()).ok_or_else(|| {
-            let left = bytes.len() - start;
-            broken(at, format!("the chunk has {length} bytes, but {left} are left"))
-        })?;
+        let end = start
+            .checked_add(length)
+            .filter(|&end| end <= bytes.len())
+            .ok_or_else(|| {
+                let left = bytes.len() - start;
+                broken(
+                    at,
+                    format!("the chunk has {length} bytes, but {left} are left"),
+                )
+            })?;
         Ok((kind, &bytes[start..end], end))
     };
 
     let (kind, json, mut at) = chunk(HEADER_BYTES)?;
     if kind != u32::from_le_bytes(*b"JSON") {
-        return Err(broken(HEADER_BYTES + 4, "the first chunk is not JSON".to_owned()));
+        return Err(broken(
+            HEADER_BYTES + 4,
+            "the first chunk is not JSON".to_owned(),
+        ));
     }
     // Chunks of other kinds are to be skipped.
     while at < bytes.len() {

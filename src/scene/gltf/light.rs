@@ -52,9 +52,11 @@ impl Loader<'_> {
             }
         };
         // A node may shear: only what of `up` lies across `forward` counts.
-        let axes = direction(placed, Vec3::NEG_Z).zip(direction(placed, Vec3::Y)).and_then(
-            |(forward, up)| Some((forward, up.reject_from_normalized(forward).try_normalize()?)),
-        );
+        let axes = direction(placed, Vec3::NEG_Z)
+            .zip(direction(placed, Vec3::Y))
+            .and_then(|(forward, up)| {
+                Some((forward, up.reject_from_normalized(forward).try_normalize()?))
+            });
         let Some((forward, up)) = axes else {
             self.warnings.push(skip("its node's matrix is singular"));
             return Ok(());
@@ -80,11 +82,15 @@ impl Loader<'_> {
             .as_ref()
             .and_then(|e| e.khr_lights_punctual.as_ref())
             .map_or(&[][..], |e| &e.lights);
-        let light =
-            index(lights, ix, "lights", || format!("{at}.extensions.KHR_lights_punctual.light"))?;
+        let light = index(lights, ix, "lights", || {
+            format!("{at}.extensions.KHR_lights_punctual.light")
+        })?;
         let at = format!("{} at {at}", named("lights", ix, light.name.as_deref()));
         let Checked::Valid(kind) = light.type_ else {
-            return Err(ErrorKind::Data { at, problem: DataProblem::Unknown("type") });
+            return Err(ErrorKind::Data {
+                at,
+                problem: DataProblem::Unknown("type"),
+            });
         };
         let strength = Vec3::from_array(light.color) * light.intensity;
         if !strength.is_finite() || strength.min_element() < 0.0 {
@@ -115,12 +121,26 @@ impl Loader<'_> {
         }
         let direction = direction.unwrap_or(Vec3::NEG_Z);
         let made = match kind {
-            LightType::Point => Light::Point { position, intensity: strength, range },
+            LightType::Point => Light::Point {
+                position,
+                intensity: strength,
+                range,
+            },
             LightType::Spot => {
                 let (inner, outer) = self.cone(light.spot.as_ref(), &at);
-                Light::Spot { position, direction, intensity: strength, inner, outer, range }
+                Light::Spot {
+                    position,
+                    direction,
+                    intensity: strength,
+                    inner,
+                    outer,
+                    range,
+                }
             }
-            LightType::Directional => Light::Directional { direction, irradiance: strength },
+            LightType::Directional => Light::Directional {
+                direction,
+                irradiance: strength,
+            },
         };
         self.scene.lights.push(made);
         Ok(())
@@ -131,8 +151,13 @@ impl Loader<'_> {
             (spot.inner_cone_angle, spot.outer_cone_angle)
         });
         // Far below a degree a cone cannot be told from a line, and the falloff not from a step.
-        let outer =
-            self.ranged(outer, 1e-4..=FRAC_PI_2, std::f32::consts::FRAC_PI_4, at, "outerConeAngle");
+        let outer = self.ranged(
+            outer,
+            1e-4..=FRAC_PI_2,
+            std::f32::consts::FRAC_PI_4,
+            at,
+            "outerConeAngle",
+        );
         let inner = self.ranged(inner, 0.0..=outer, 0.0, at, "innerConeAngle");
         (inner.min(outer * (1.0 - LEAST_FALLOFF)), outer)
     }

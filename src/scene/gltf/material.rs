@@ -29,18 +29,24 @@ impl Loader<'_> {
                 return Ok(known);
             }
             let new = self.scene.materials.len();
-            self.scene.materials.push(Material { metallic: 1.0, ..Material::default() });
+            self.scene.materials.push(Material {
+                metallic: 1.0,
+                ..Material::default()
+            });
             self.default_material = Some(new);
             return Ok(new);
         };
-        let material =
-            index(&self.data.root.materials, ix, "materials", || format!("{at}.material"))?;
+        let material = index(&self.data.root.materials, ix, "materials", || {
+            format!("{at}.material")
+        })?;
         if let Some(known) = self.materials[ix] {
             return Ok(known);
         }
         let at = named("materials", ix, material.name.as_deref());
-        let unknown =
-            |what| ErrorKind::Data { at: at.clone(), problem: DataProblem::Unknown(what) };
+        let unknown = |what| ErrorKind::Data {
+            at: at.clone(),
+            problem: DataProblem::Unknown(what),
+        };
         let pbr = &material.pbr_metallic_roughness;
         let strength = material
             .extensions
@@ -65,14 +71,19 @@ impl Loader<'_> {
                 }
             }
             Checked::Valid(GltfAlpha::Blend) => {
-                self.warnings.push(Warning::Blend { material: at.clone() });
+                self.warnings.push(Warning::Blend {
+                    material: at.clone(),
+                });
                 AlphaMode::Mask { cutoff: 0.5 }
             }
             Checked::Invalid => return Err(unknown("alphaMode")),
         };
         let info = |loader: &mut Self, info: &Option<Info>, what: &str| {
             let Some(info) = info else { return Ok(None) };
-            let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.clone());
+            let transform = info
+                .extensions
+                .as_ref()
+                .and_then(|e| e.texture_transform.clone());
             let at = format!("{at}.{what}");
             loader.texture_ref(info.index.value(), info.tex_coord, transform, &at)
         };
@@ -129,7 +140,9 @@ impl Loader<'_> {
                 message: short(&format!("{at}: KHR_texture_transform: {e}")),
             })?;
         let found = self.texture_ref(info.index.value(), info.tex_coord, transform, &at)?;
-        Ok(found.filter(|(_, slot)| !slot.is_stand_in).map(|(texture, _)| texture))
+        Ok(found
+            .filter(|(_, slot)| !slot.is_stand_in)
+            .map(|(texture, _)| texture))
     }
 
     /// `value`, if it lies in `range`; else the nearest in it (`fallback` for NaN), with a warning.
@@ -144,8 +157,11 @@ impl Loader<'_> {
         if range.contains(&value) {
             return value;
         }
-        let used =
-            if value.is_finite() { value.clamp(*range.start(), *range.end()) } else { fallback };
+        let used = if value.is_finite() {
+            value.clamp(*range.start(), *range.end())
+        } else {
+            fallback
+        };
         self.warnings.push(Warning::Value {
             at: at.to_owned(),
             problem: format!("{what} is {value}, read as {used}"),
@@ -160,7 +176,10 @@ impl Loader<'_> {
         transform: Option<TextureTransform>,
         at: &str,
     ) -> Result<Option<(TextureRef, ImageSlot)>, ErrorKind> {
-        let uv_set = transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(tex_coord);
+        let uv_set = transform
+            .as_ref()
+            .and_then(|t| t.tex_coord)
+            .unwrap_or(tex_coord);
         if uv_set > 1 {
             self.warnings.push(Warning::Ignored {
                 at: at.to_owned(),
@@ -177,7 +196,11 @@ impl Loader<'_> {
             uv_from_mesh = Affine2::IDENTITY;
         }
         let (texture, slot) = self.texture(ix, at)?;
-        let made = TextureRef { texture, uv_set, uv_from_mesh };
+        let made = TextureRef {
+            texture,
+            uv_set,
+            uv_from_mesh,
+        };
         Ok(Some((made, slot)))
     }
 
@@ -189,10 +212,10 @@ impl Loader<'_> {
         }
         let at = format!("textures[{ix}]");
         let sampler = match texture.sampler {
-            Some(sampler) => {
-                index(&root.samplers, sampler.value(), "samplers", || format!("{at}.sampler"))?
-                    .clone()
-            }
+            Some(sampler) => index(&root.samplers, sampler.value(), "samplers", || {
+                format!("{at}.sampler")
+            })?
+            .clone(),
             None => Sampler::default(),
         };
         let wrap = |mode: &Checked<WrappingMode>| match mode {
@@ -226,7 +249,9 @@ impl Loader<'_> {
     }
 
     fn image(&mut self, ix: usize, at: &str) -> Result<ImageSlot, ErrorKind> {
-        let image = index(&self.data.root.images, ix, "images", || format!("{at}.source"))?;
+        let image = index(&self.data.root.images, ix, "images", || {
+            format!("{at}.source")
+        })?;
         if let Some(known) = self.images[ix] {
             return Ok(known);
         }
@@ -236,18 +261,23 @@ impl Loader<'_> {
             (Some(uri), _) => read_uri(uri, self.folder, &mut self.budget)
                 .map_err(ImageError::from)
                 .and_then(|bytes| decode(name.clone(), &bytes, self.limits, &mut self.budget)),
-            (None, Some(view)) => {
-                self.data.view(view).map_err(|e| ImageError::Data(e.to_string())).and_then(
-                    |(bytes, ..)| decode(name.clone(), bytes, self.limits, &mut self.budget),
-                )
-            }
-            (None, None) => Err(ImageError::Data("has neither bufferView nor uri".to_owned())),
+            (None, Some(view)) => self
+                .data
+                .view(view)
+                .map_err(|e| ImageError::Data(e.to_string()))
+                .and_then(|(bytes, ..)| decode(name.clone(), bytes, self.limits, &mut self.budget)),
+            (None, None) => Err(ImageError::Data(
+                "has neither bufferView nor uri".to_owned(),
+            )),
         };
         let slot = match decoded {
             Ok(image) => {
                 let new = self.scene.images.len();
                 self.scene.images.push(image);
-                ImageSlot { image: new, is_stand_in: false }
+                ImageSlot {
+                    image: new,
+                    is_stand_in: false,
+                }
             }
             Err(source) => self.stand_in(name, source),
         };
@@ -258,8 +288,14 @@ impl Loader<'_> {
     fn stand_in(&mut self, name: String, source: ImageError) -> ImageSlot {
         let new = self.scene.images.len();
         self.scene.images.push(white(name.clone()));
-        self.warnings.push(Warning::Image { image: name, source });
-        ImageSlot { image: new, is_stand_in: true }
+        self.warnings.push(Warning::Image {
+            image: name,
+            source,
+        });
+        ImageSlot {
+            image: new,
+            is_stand_in: true,
+        }
     }
 }
 

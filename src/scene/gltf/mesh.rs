@@ -14,7 +14,9 @@ use crate::scene::error::{DataProblem, ErrorKind, Warning, short};
 impl Loader<'_> {
     /// The scene's meshes for a glTF mesh: one per primitive that has triangles. Read once.
     pub(super) fn mesh(&mut self, mesh_ix: usize, at: &str) -> Result<Vec<usize>, ErrorKind> {
-        let mesh = index(&self.data.root.meshes, mesh_ix, "meshes", || format!("{at}.mesh"))?;
+        let mesh = index(&self.data.root.meshes, mesh_ix, "meshes", || {
+            format!("{at}.mesh")
+        })?;
         if let Some(known) = &self.meshes[mesh_ix] {
             return Ok(known.clone());
         }
@@ -28,8 +30,10 @@ impl Loader<'_> {
             if let Some(mesh) = self.primitive(primitive, at)? {
                 made.push(self.scene.meshes.len());
                 let start = [mesh.positions[0]; 2];
-                let bounds =
-                    mesh.positions.iter().fold(start, |[min, max], &p| [min.min(p), max.max(p)]);
+                let bounds = mesh
+                    .positions
+                    .iter()
+                    .fold(start, |[min, max], &p| [min.min(p), max.max(p)]);
                 self.boxes.push(bounds);
                 self.scene.meshes.push(mesh);
             }
@@ -39,12 +43,22 @@ impl Loader<'_> {
     }
 
     fn primitive(&mut self, primitive: &Primitive, at: String) -> Result<Option<Mesh>, ErrorKind> {
-        let skip = |what: &str| Warning::Ignored { at: at.clone(), what: what.to_owned() };
-        let Checked::Valid(mode) = primitive.mode else {
-            return Err(ErrorKind::Data { at, problem: DataProblem::Unknown("mode") });
+        let skip = |what: &str| Warning::Ignored {
+            at: at.clone(),
+            what: what.to_owned(),
         };
-        if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-            self.warnings.push(skip("a primitive of points or lines is"));
+        let Checked::Valid(mode) = primitive.mode else {
+            return Err(ErrorKind::Data {
+                at,
+                problem: DataProblem::Unknown("mode"),
+            });
+        };
+        if matches!(
+            mode,
+            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
+        ) {
+            self.warnings
+                .push(skip("a primitive of points or lines is"));
             return Ok(None);
         }
         if primitive.targets.is_some() {
@@ -96,7 +110,12 @@ impl Loader<'_> {
         let Some(mut mesh) = clean(mesh, &mut self.warnings) else {
             return Ok(None);
         };
-        fill_texcoords(&mut mesh, &self.scene.materials, &mut self.budget, &mut self.warnings)?;
+        fill_texcoords(
+            &mut mesh,
+            &self.scene.materials,
+            &mut self.budget,
+            &mut self.warnings,
+        )?;
         Ok(Some(mesh))
     }
 
@@ -107,7 +126,8 @@ impl Loader<'_> {
         attribute: &str,
     ) -> Result<Vec<[f32; N]>, ErrorKind> {
         let at = format!("{at}.{attribute}");
-        self.data.floats(ix, &at, &mut self.budget, &mut self.warnings)
+        self.data
+            .floats(ix, &at, &mut self.budget, &mut self.warnings)
     }
 
     fn unorms<const N: usize>(
@@ -117,7 +137,8 @@ impl Loader<'_> {
         attribute: &str,
     ) -> Result<Vec<[f32; N]>, ErrorKind> {
         let at = format!("{at}.{attribute}");
-        self.data.unorms(ix, &at, &mut self.budget, &mut self.warnings)
+        self.data
+            .unorms(ix, &at, &mut self.budget, &mut self.warnings)
     }
 
     fn triangles(
@@ -129,7 +150,9 @@ impl Loader<'_> {
     ) -> Result<Vec<[u32; 3]>, ErrorKind> {
         let at = format!("{at}.indices");
         let indices = match indices {
-            Some(ix) => self.data.indices(ix, &at, &mut self.budget, &mut self.warnings)?,
+            Some(ix) => self
+                .data
+                .indices(ix, &at, &mut self.budget, &mut self.warnings)?,
             None => {
                 self.budget.take(n_vertices as u64, 4, &at)?;
                 (0..n_vertices as u32).collect()
@@ -157,12 +180,23 @@ impl Loader<'_> {
                 .windows(3)
                 .enumerate()
                 // Every other triangle of a strip runs the other way round.
-                .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
+                .map(|(i, w)| {
+                    if i % 2 == 0 {
+                        [w[0], w[1], w[2]]
+                    } else {
+                        [w[0], w[2], w[1]]
+                    }
+                })
                 .collect(),
-            Mode::TriangleFan => {
-                indices.windows(2).skip(1).map(|w| [w[0], w[1], indices[0]]).collect()
-            }
-            _ => indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
+            Mode::TriangleFan => indices
+                .windows(2)
+                .skip(1)
+                .map(|w| [w[0], w[1], indices[0]])
+                .collect(),
+            _ => indices
+                .chunks_exact(3)
+                .map(|c| [c[0], c[1], c[2]])
+                .collect(),
         })
     }
 }
@@ -178,7 +212,10 @@ fn convert<T, U>(
     if values.len() != n {
         return Err(ErrorKind::Data {
             at: format!("{at}.{attribute}: accessors[{}]", ix.value()),
-            problem: DataProblem::Count { found: values.len(), expected: n },
+            problem: DataProblem::Count {
+                found: values.len(),
+                expected: n,
+            },
         });
     }
     Ok(values.into_iter().map(to).collect())

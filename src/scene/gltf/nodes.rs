@@ -32,12 +32,17 @@ pub(super) fn place(
             let scene = index(&root.scenes, scene_ix, "scenes", || "scene".to_owned())?;
             scene_roots(root, scene_ix, &scene.nodes, &parents)?
         }
-        None => (0..root.nodes.len()).filter(|&node| parents[node].is_none()).collect(),
+        None => (0..root.nodes.len())
+            .filter(|&node| parents[node].is_none())
+            .collect(),
     };
 
     let mut placed = Vec::new();
-    let mut stack: Vec<(usize, usize, DAffine3)> =
-        roots.into_iter().rev().map(|node| (node, 0, DAffine3::IDENTITY)).collect();
+    let mut stack: Vec<(usize, usize, DAffine3)> = roots
+        .into_iter()
+        .rev()
+        .map(|node| (node, 0, DAffine3::IDENTITY))
+        .collect();
     while let Some((node_ix, depth, world_from_parent)) = stack.pop() {
         if depth > limits.max_node_depth {
             return Err(ErrorKind::TooMuch {
@@ -59,7 +64,10 @@ pub(super) fn place(
                 continue;
             }
         };
-        placed.push(Placed { node: node_ix, world_from_object: world });
+        placed.push(Placed {
+            node: node_ix,
+            world_from_object: world,
+        });
         for child in node.children.iter().flatten().rev() {
             stack.push((child.value(), depth + 1, world));
         }
@@ -72,7 +80,9 @@ fn parents(root: &Root) -> Result<Vec<Option<usize>>, ErrorKind> {
     let mut parents: Vec<Option<usize>> = vec![None; root.nodes.len()];
     for (parent, node) in root.nodes.iter().enumerate() {
         for child in node.children.iter().flatten().map(|c| c.value()) {
-            index(&root.nodes, child, "nodes", || format!("a child of nodes[{parent}]"))?;
+            index(&root.nodes, child, "nodes", || {
+                format!("a child of nodes[{parent}]")
+            })?;
             if let Some(first) = parents[child].replace(parent) {
                 return Err(ErrorKind::NodeShared {
                     node: child,
@@ -121,7 +131,11 @@ fn scene_roots(
             None => listed[node].then(at),
         };
         if let Some(first) = first {
-            return Err(ErrorKind::NodeShared { node, first, second: at() });
+            return Err(ErrorKind::NodeShared {
+                node,
+                first,
+                second: at(),
+            });
         }
         listed[node] = true;
         roots.push(node);
@@ -153,7 +167,11 @@ fn local(node: &Node) -> Result<DAffine3, &'static str> {
         }
         None => DQuat::IDENTITY,
     };
-    Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
+    Ok(DAffine3::from_scale_rotation_translation(
+        scale,
+        rotation,
+        translation,
+    ))
 }
 
 fn usable(world: &DAffine3) -> Result<(), &'static str> {

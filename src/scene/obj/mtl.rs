@@ -38,13 +38,16 @@ pub(super) fn read(
     match loaded {
         Ok((materials, _)) => {
             for material in materials {
-                library.by_name.insert(material.name.clone(), library.materials.len());
+                library
+                    .by_name
+                    .insert(material.name.clone(), library.materials.len());
                 library.materials.push(material);
             }
         }
-        Err(problem) => {
-            warnings.push(Warning::Materials { at, problem: format!("{problem}; left out") })
-        }
+        Err(problem) => warnings.push(Warning::Materials {
+            at,
+            problem: format!("{problem}; left out"),
+        }),
     }
 }
 
@@ -127,7 +130,11 @@ pub(super) struct Maker<'a> {
 
 impl<'a> Maker<'a> {
     pub fn new(folder: Option<&'a Path>, limits: &'a LoadLimits) -> Self {
-        Self { folder, limits, images: HashMap::new() }
+        Self {
+            folder,
+            limits,
+            images: HashMap::new(),
+        }
     }
 
     /// * base colour `Kd` and `map_Kd`; alpha `d` (or 1 − `Tr`) and `map_d`, both as masks;
@@ -233,7 +240,10 @@ impl<'a> Maker<'a> {
                 let (image, is_stand_in) = match decoded {
                     Ok(image) => (image, false),
                     Err(source) => {
-                        warnings.push(Warning::Image { image: name.clone(), source });
+                        warnings.push(Warning::Image {
+                            image: name.clone(),
+                            source,
+                        });
                         (white(name), true)
                     }
                 };
@@ -313,7 +323,11 @@ fn parse_map(value: &str) -> Map<'_> {
     Map {
         file: rest,
         wrap,
-        uv_from_mesh: if uv_from_mesh.is_finite() { uv_from_mesh } else { Affine2::IDENTITY },
+        uv_from_mesh: if uv_from_mesh.is_finite() {
+            uv_from_mesh
+        } else {
+            Affine2::IDENTITY
+        },
     }
 }
 
@@ -367,10 +381,21 @@ fn masked(
     }
     let name = format!("{at}: map_Kd with map_d");
     let texture = base.as_ref().map_or(mask.texture, |b| b.texture);
-    let combined = Texture { image: scene.images.len(), ..scene.textures[texture].clone() };
-    scene.images.push(Image { name, width, height, rgba });
+    let combined = Texture {
+        image: scene.images.len(),
+        ..scene.textures[texture].clone()
+    };
+    scene.images.push(Image {
+        name,
+        width,
+        height,
+        rgba,
+    });
     scene.textures.push(combined);
-    Some(TextureRef { texture: scene.textures.len() - 1, ..base.unwrap_or(mask) })
+    Some(TextureRef {
+        texture: scene.textures.len() - 1,
+        ..base.unwrap_or(mask)
+    })
 }
 
 #[cfg(test)]
@@ -383,7 +408,9 @@ mod tests {
         assert_eq!(map.file, "my picture.png");
         assert_eq!(map.wrap, Wrap::Clamp);
         // OBJ's (0.25, 0.5) → (2·0.25 + 0.5, 4·0.5 + 0.25) = (1, 2.25); turned: v = 1 − 2.25.
-        let uv = map.uv_from_mesh.transform_point2(Vec2::new(0.25, 1.0 - 0.5));
+        let uv = map
+            .uv_from_mesh
+            .transform_point2(Vec2::new(0.25, 1.0 - 0.5));
         assert!((uv - Vec2::new(1.0, -1.25)).length() < 1e-6, "{uv}");
 
         let map = parse_map("-s 3 picture.png");

@@ -49,21 +49,31 @@ fn fan(n: usize) -> Vec<[u32; 3]> {
 fn project(corners: &[Vec3]) -> Option<Vec<DVec2>> {
     let origin = corners[0].as_dvec3();
     let mut points: Vec<DVec3> = corners.iter().map(|c| c.as_dvec3() - origin).collect();
-    let size = points.iter().fold(0.0, |s: f64, p| s.max(p.abs().max_element()));
+    let size = points
+        .iter()
+        .fold(0.0, |s: f64, p| s.max(p.abs().max_element()));
     if size == 0.0 {
         return None;
     }
     for point in &mut points {
         *point /= size;
     }
-    let normal: DVec3 =
-        points.iter().zip(points.iter().cycle().skip(1)).map(|(a, b)| a.cross(*b)).sum();
+    let normal: DVec3 = points
+        .iter()
+        .zip(points.iter().cycle().skip(1))
+        .map(|(a, b)| a.cross(*b))
+        .sum();
     let normal = normal.try_normalize()?;
     let (x, y) = normal.any_orthonormal_pair();
     debug_assert!(x.cross(y).dot(normal) > 0.0);
     // spade refuses coordinates too near to 0; nothing in f32 input is that fine beside 1.
     let tame = |v: f64| if v.abs() < 1e-30 { 0.0 } else { v };
-    Some(points.iter().map(|p| DVec2::new(tame(p.dot(x)), tame(p.dot(y)))).collect())
+    Some(
+        points
+            .iter()
+            .map(|p| DVec2::new(tame(p.dot(x)), tame(p.dot(y))))
+            .collect(),
+    )
 }
 
 /// Twice the area, positive where counter-clockwise.
@@ -136,21 +146,21 @@ fn delaunay(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
     }
 
     // Inside is where the outline has been crossed an odd number of times.
-    const OUTER: usize = 0;
+    // Each entry: an edge with a face yet to see on its left, and whether its right is inside.
     let mut inside: Vec<Option<bool>> = vec![None; cdt.num_all_faces()];
-    inside[OUTER] = Some(false);
-    let mut stack: Vec<_> = cdt.convex_hull().map(|edge| (edge.rev(), false)).collect();
-    // The hull's edges have the outer face on one side; the walk starts on the other.
-    for (edge, _) in &mut stack {
-        if edge.is_outer_edge() {
-            *edge = edge.rev();
-        }
+    let mut stack = Vec::new();
+    for hull in cdt.convex_hull() {
+        let inward = if hull.is_outer_edge() {
+            hull.rev()
+        } else {
+            hull
+        };
+        stack.push((inward, false));
     }
     let mut triangles = Vec::with_capacity(points.len().saturating_sub(2));
     let mut filled = 0.0;
     while let Some((edge, beyond)) = stack.pop() {
-        let face = edge.face();
-        let Some(face) = face.as_inner() else {
+        let Some(face) = edge.face().as_inner() else {
             continue;
         };
         if inside[face.index()].is_some() {
@@ -167,8 +177,11 @@ fn delaunay(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
         stack.extend(face.adjacent_edges().map(|edge| (edge.rev(), here)));
     }
 
-    let outline: f64 =
-        points.iter().zip(points.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
+    let outline: f64 = points
+        .iter()
+        .zip(points.iter().cycle().skip(1))
+        .map(|(a, b)| a.perp_dot(*b))
+        .sum();
     // Where the outline winds twice or backwards, crossings do not tell the area.
     ((filled - outline).abs() <= AREA_TOLERANCE * outline).then_some(triangles)
 }
@@ -204,8 +217,18 @@ mod tests {
             ("square", &[[0., 0.], [2., 0.], [2., 2.], [0., 2.]], 4.0, 2),
             // Concave at the second corner, so that the diagonal 0–2 lies outside.
             ("dart", &[[0., 0.], [1., 1.], [2., 0.], [1., 4.]], 3.0, 2),
-            ("dart turned", &[[1., 4.], [0., 0.], [1., 1.], [2., 0.]], 3.0, 2),
-            ("L", &[[0., 0.], [2., 0.], [2., 1.], [1., 1.], [1., 2.], [0., 2.]], 3.0, 4),
+            (
+                "dart turned",
+                &[[1., 4.], [0., 0.], [1., 1.], [2., 0.]],
+                3.0,
+                2,
+            ),
+            (
+                "L",
+                &[[0., 0.], [2., 0.], [2., 1.], [1., 1.], [1., 2.], [0., 2.]],
+                3.0,
+                4,
+            ),
             (
                 "comb",
                 &[
