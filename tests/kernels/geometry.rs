@@ -28,10 +28,7 @@ impl RayTriangle {
     }
 }
 
-/// What is beyond every hit: a miss has t = FLOAT_MAX.
-const MISS: f32 = 3e38;
-
-/// t and barycentrics.
+/// t and barycentrics; a miss has t ≥ t_max, here the largest f32 or less.
 fn intersect(inputs: &[RayTriangle]) -> Vec<[f32; 4]> {
     map(
         "#import lucerna::geometry::ray_triangle::{shear_ray, intersect_triangle}
@@ -95,7 +92,7 @@ fn ray_triangle_matches_moller_trumbore() {
         }
         let what = format!("{input:?}: t {t}, {second}, {third}; {expected_t}, {weights}");
         if nearest < 0.0 || expected_t < 0.0 {
-            assert!(t > MISS, "{what}");
+            assert_eq!(t, f32::MAX, "{what}");
             n_misses += 1;
         } else {
             assert!((f64::from(t) - expected_t).abs() < t_error, "{what}");
@@ -142,7 +139,10 @@ fn ray_triangle_edge_cases() {
     for ((input, expected), [t, second, third, _]) in cases.iter().zip(outputs) {
         match expected {
             Some(hit) => assert_eq!([t, second, third], *hit, "{input:?}"),
-            None => assert!(t > MISS && second == 0.0 && third == 0.0, "{input:?}: {t}"),
+            None => {
+                assert!(t > 3e38 && t >= input.t_max, "{input:?}: {t}");
+                assert_eq!([second, third], [0.0; 2]);
+            }
         }
     }
 }

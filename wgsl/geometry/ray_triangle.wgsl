@@ -24,7 +24,7 @@ struct ShearedRay {
 
 /// Where a ray meets a triangle.
 struct TriangleHit {
-    /// Distance in units of the direction's length; FLOAT_MAX for a miss.
+    /// Distance in units of the direction's length; a miss has at least FLOAT_MAX and at least t_max.
     t: f32,
     /// Weights of the second and third corner, in [0, 1].
     barycentrics: vec2<f32>,
@@ -64,7 +64,7 @@ fn intersect_triangle(
 
     let left = vec3<f32>(r.x * q.y, p.x * r.y, q.x * p.y);
     let right = vec3<f32>(r.y * q.x, p.y * r.x, q.y * p.x);
-    var hit = TriangleHit(FLOAT_MAX, vec2<f32>(0.0));
+    var hit = TriangleHit(max(t_max, FLOAT_MAX), vec2<f32>(0.0));
     if all(left >= right) || all(left <= right) {
         let edges = left - right;
         let determinant = edges.x + edges.y + edges.z;
