@@ -67,11 +67,10 @@ fn sh2_convolve_cosine(radiance: array<vec3<f32>, 9>) -> array<vec3<f32>, 9> {
     return c;
 }
 
-/// Coefficients of irradiance from those of radiance, order 7.
-fn sh_convolve_cosine(radiance: array<vec3<f32>, 64>) -> array<vec3<f32>, 64> {
-    var c = radiance;
+/// Coefficients of irradiance from those of radiance, order 7, in place (64 colours are dear to
+/// copy).
+fn sh_convolve_cosine(coefficients: ptr<function, array<vec3<f32>, 64>>) {
     for (var ix = 0u; ix < 64u; ix++) {
-        c[ix] *= sh_cosine_factor(sh_band(ix));
+        (*coefficients)[ix] *= sh_cosine_factor(sh_band(ix));
     }
-    return c;
 }
