@@ -117,7 +117,7 @@ const skipped = [];
 for (const path of wgsl_files(folder)) {
     const source = readFileSync(path, 'utf8');
     const name = relative(folder, path);
-    if (/^\s*enable\s+wgpu_ray_query\b/m.test(source)) {
+    if (/^\s*enable\s+wgpu_ray_query\b|:\s*acceleration_structure\b/m.test(source)) {
         skipped.push(name);
         continue;
     }

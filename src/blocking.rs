@@ -169,15 +169,16 @@ pub fn render_reference(
     Ok((film, stats))
 }
 
-/// Timestamps around one pass.
-struct PassTimer {
+/// GPU timestamps around one pass.
+pub struct PassTimer {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     period: f64,
 }
 
 impl PassTimer {
-    fn new(gpu: &Gpu) -> Option<Self> {
+    /// None where the device has no timestamps.
+    pub fn new(gpu: &Gpu) -> Option<Self> {
         gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Self {
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("pass timer"),
@@ -194,7 +195,8 @@ impl PassTimer {
         })
     }
 
-    fn writes(&self) -> wgpu::ComputePassTimestampWrites<'_> {
+    /// What the pass's descriptor takes.
+    pub fn writes(&self) -> wgpu::ComputePassTimestampWrites<'_> {
         wgpu::ComputePassTimestampWrites {
             query_set: &self.queries,
             beginning_of_pass_write_index: Some(0),
@@ -202,11 +204,16 @@ impl PassTimer {
         }
     }
 
-    fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+    /// To be recorded after the pass.
+    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
     }
 
-    fn read(&self, gpu: &Gpu) -> Result<Duration, LostGpu> {
+    /// How long the pass took, after it was submitted.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn read(&self, gpu: &Gpu) -> Result<Duration, LostGpu> {
         let bytes = read_buffer(gpu, &self.resolved)?;
         let [begin, end] =
             [0, 8].map(|at| u64::from_ne_bytes(std::array::from_fn(|k| bytes[at + k])));

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod gpu;
 pub mod gpu_scene;
 pub mod picture;
+pub mod rays;
 pub mod reference;
 pub mod scene;
 pub mod shader;

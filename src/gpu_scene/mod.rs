@@ -15,7 +15,7 @@ use bytemuck::NoUninit;
 use glam::Vec3;
 use wgpu::util::DeviceExt;
 
-pub use bvh::{Bvh, BvhError, STACK_SIZE};
+pub use bvh::{Bvh, BvhError, STACK_SIZE, build_obvhs};
 pub use flatten::WorldTriangles;
 
 /// How a scene is put on the GPU.

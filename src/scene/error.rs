@@ -201,7 +201,7 @@ pub enum DataProblem {
         count: u64,
     },
     /// There are no bytes at all.
-    #[error("has neither bufferView nor uri")]
+    #[error("has neither bufferView nor sparse values")]
     Missing,
 }
 
@@ -542,7 +542,9 @@ impl fmt::Display for Warning {
             Self::Value { at, problem } => write!(f, "{at}: {problem}"),
             Self::Transform { node, problem } => write!(f, "{node}: {problem}"),
             Self::Misaligned { at } => write!(f, "{at}: data is misaligned, read all the same"),
-            Self::Image { image, source } => write!(f, "{image}: {source}; white instead"),
+            Self::Image { image, source } => {
+                write!(f, "{image}: {source}; read as white, or as no normal map")
+            }
             Self::Blend { material } => write!(
                 f,
                 "{material}: alphaMode BLEND is not supported, read as MASK with cutoff 0.5"

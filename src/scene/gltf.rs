@@ -54,7 +54,7 @@ pub(super) fn load(
     limits: &LoadLimits,
     mut budget: Budget,
 ) -> Result<Loaded, ErrorKind> {
-    let (root, bin) = container::parse(bytes)?;
+    let (root, bin) = container::parse(bytes, &mut budget)?;
     let buffers = read_buffers(&root, bin, folder, &mut budget)?;
     let mut loader = Loader {
         meshes: vec![None; root.meshes.len()],

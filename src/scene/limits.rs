@@ -12,8 +12,9 @@ use super::error::ErrorKind;
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadLimits {
-    /// Bytes of all that is read and decoded: files, buffers, vertex arrays, pixels. Default 4 GiB.
-    /// (Decoders' scratch memory comes on top, at most about as much again for the largest image.)
+    /// Bytes of all that is read and decoded: files, buffers, vertex arrays, pixels, and for text
+    /// what parsing it can take at most. Default 4 GiB. (Decoders' scratch memory comes on top, at
+    /// most about as much again for the largest image.)
     pub max_bytes: u64,
     /// Triangles, counted once per instance. Default 2²⁷ ≈ 134 million.
     pub max_triangles: u64,
@@ -26,7 +27,7 @@ pub struct LoadLimits {
     /// Bytes of one line of a text format (OBJ, MTL). Default 1 MiB.
     pub max_line_bytes: usize,
     /// Corners of an OBJ polygon that is triangulated as it is; one with more becomes a fan, with a
-    /// warning. Default 65536.
+    /// warning. Default 4096: time can grow with the square of the corners.
     pub max_polygon_corners: usize,
 }
 
@@ -39,7 +40,7 @@ impl Default for LoadLimits {
             max_node_depth: 1024,
             max_instances: 1 << 20,
             max_line_bytes: 1 << 20,
-            max_polygon_corners: 1 << 16,
+            max_polygon_corners: 4096,
         }
     }
 }
@@ -71,6 +72,11 @@ impl Budget {
                 setting: "max_bytes",
             }),
         }
+    }
+
+    /// Gives back what was taken for memory that is free again.
+    pub fn give_back(&mut self, bytes: u64) {
+        self.used = self.used.saturating_sub(bytes);
     }
 
     pub fn left(&self) -> u64 {

@@ -25,7 +25,7 @@ impl Scene {
     /// Reads a `.gltf`, `.glb` or `.obj` file (told by its ending, in any case) and the files that
     /// it names, which must lie in its folder or below. The file is not trusted.
     ///
-    /// The scene returned holds to this:
+    /// The scene returned holds to this ([`Scene::validate`] checks it):
     ///
     /// * every index is in range; attribute arrays are empty or as long as `positions`;
     /// * every number is finite; no coordinate is beyond [`super::MAX_COORDINATE`], in object or
@@ -41,6 +41,21 @@ impl Scene {
     /// that cannot be read become white (a normal map: none). Each gives a [`Warning`]. Of a glTF
     /// file only what its default scene uses is read (its whole node forest where it names no
     /// default).
+    ///
+    /// **glTF 2.0**: `KHR_lights_punctual`, `KHR_materials_emissive_strength` and
+    /// `KHR_texture_transform` are read; a file that requires another extension is refused. Candela
+    /// and lux count as W·sr⁻¹ and W·m⁻². Lights and cameras ignore their node's scale. A camera is
+    /// named after its node, else by its own name. A spot without room between inner and outer
+    /// angle gets a falloff over 1/1000 of the outer angle. `alphaMode` BLEND is read as MASK with
+    /// cutoff 0.5. Skins, morph targets, animations, points and lines are ignored, with a warning.
+    ///
+    /// **OBJ**: one mesh per object (or group) and material, in the file's own unit. Polygons of
+    /// more than 4 corners are triangulated by constrained Delaunay on their Newell plane, quads along
+    /// the diagonal that lies inside; a polygon that meets itself becomes a fan, with a warning.
+    /// From MTL: base colour `Kd`, `map_Kd`; alpha `d` (or 1 − `Tr`) and `map_d`, as masks with
+    /// cutoff 0.5; emitted radiance `Ke`, `map_Ke`; roughness `Pr`, else `(2 / (Ns + 2))^¼` (1
+    /// without `Ns`, or where `Ks` is black); metallic `Pm`; normals `norm`. Without a material:
+    /// [`Material::default`](super::Material::default).
     ///
     /// # Errors
     ///
@@ -78,7 +93,7 @@ impl Scene {
         Ok(obj::load(bytes, folder, limits, Budget::new(limits))?)
     }
 
-    /// Corners of the box around all triangles in world space [m], least and greatest; `None`
+    /// Corners of the box around all triangles in world space \[m\], least and greatest; `None`
     /// without triangles.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut bounds: Option<(Vec3, Vec3)> = None;
@@ -106,19 +121,22 @@ impl Scene {
 fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, ErrorKind> {
     let extension =
         path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let read: fn(&[u8], Option<&Path>, &LoadLimits, Budget) -> Result<Loaded, ErrorKind> =
-        match extension.as_str() {
-            "gltf" | "glb" => gltf::load,
-            "obj" => obj::load,
-            _ => {
-                return Err(ErrorKind::UnknownFormat { extension: short(&extension) });
-            }
-        };
+    let is_obj = match extension.as_str() {
+        "gltf" | "glb" => false,
+        "obj" => true,
+        _ => {
+            return Err(ErrorKind::UnknownFormat { extension: short(&extension) });
+        }
+    };
     let mut budget = Budget::new(limits);
     let bytes = read_file(path, &mut budget)?;
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    read(&bytes, Some(folder), limits, budget)
+    if is_obj {
+        obj::load(&bytes, Some(folder), limits, budget)
+    } else {
+        gltf::load(&bytes, Some(folder), limits, budget)
+    }
 }

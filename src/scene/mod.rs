@@ -12,6 +12,7 @@ mod limits;
 mod load;
 mod obj;
 mod resource;
+mod validate;
 
 use glam::{Affine2, Affine3A, Vec2, Vec3, Vec4};
 
@@ -21,8 +22,9 @@ pub use self::error::{
 };
 pub use self::limits::LoadLimits;
 pub use self::load::Loaded;
+pub use self::validate::InvalidScene;
 
-/// No coordinate of a loaded scene is larger [m], neither in object nor in world space: squares of
+/// No coordinate of a loaded scene is larger \[m\], neither in object nor in world space: squares of
 /// cross products stay finite in 32-bit floats up to here.
 pub const MAX_COORDINATE: f32 = 1e9;
 
@@ -98,7 +100,7 @@ pub struct Material {
     pub normal_texture: Option<TextureRef>,
     /// Scale of the normal map's x and y.
     pub normal_scale: f32,
-    /// Emitted radiance [W·sr⁻¹·m⁻²], strength included; not clamped to 1.
+    /// Emitted radiance \[W·sr⁻¹·m⁻²\], strength included; not clamped to 1.
     pub emission: Vec3,
     /// sRGB-encoded; multiplies `emission`.
     pub emission_texture: Option<TextureRef>,
@@ -187,9 +189,9 @@ pub enum Light {
     Point {
         /// Metres.
         position: Vec3,
-        /// Radiant intensity [W·sr⁻¹].
+        /// Radiant intensity \[W·sr⁻¹\].
         intensity: Vec3,
-        /// glTF's range [m]: the light's window falls to 0 there.
+        /// glTF's range \[m\]: the light's window falls to 0 there.
         range: Option<f32>,
     },
     /// Shines into a cone (`KHR_lights_punctual`'s falloff).
@@ -198,20 +200,20 @@ pub enum Light {
         position: Vec3,
         /// Unit vector along which light travels.
         direction: Vec3,
-        /// Radiant intensity on the axis [W·sr⁻¹].
+        /// Radiant intensity on the axis \[W·sr⁻¹\].
         intensity: Vec3,
-        /// Half angle up to which intensity is full [rad], `0 ≤ inner < outer`.
+        /// Half angle up to which intensity is full \[rad\], `0 ≤ inner < outer`.
         inner: f32,
-        /// Half angle from which it is zero [rad], `≤ π/2`.
+        /// Half angle from which it is zero \[rad\], `≤ π/2`.
         outer: f32,
-        /// glTF's range [m].
+        /// glTF's range \[m\].
         range: Option<f32>,
     },
     /// Shines from infinitely far.
     Directional {
         /// Unit vector along which light travels.
         direction: Vec3,
-        /// Irradiance on a surface that faces the light [W·m⁻²].
+        /// Irradiance on a surface that faces the light \[W·m⁻²\].
         irradiance: Vec3,
     },
 }
@@ -236,12 +238,12 @@ pub struct Camera {
 pub enum Projection {
     /// Pinhole.
     Perspective {
-        /// Vertical field of view [rad], 0 < fov < π.
+        /// Vertical field of view \[rad\], 0 < fov < π.
         vertical_fov: f32,
     },
     /// Parallel rays.
     Orthographic {
-        /// Half the height of what is seen [m].
+        /// Half the height of what is seen \[m\].
         half_height: f32,
     },
 }
@@ -249,7 +251,7 @@ pub enum Projection {
 /// Radiance from infinitely far.
 #[derive(Clone, Debug)]
 pub enum Sky {
-    /// The same radiance [W·sr⁻¹·m⁻²] from everywhere; zero is black.
+    /// The same radiance \[W·sr⁻¹·m⁻²\] from everywhere; zero is black.
     Constant(Vec3),
     /// An equirectangular picture: top row +Y; u = 0 is −Z, 0.25 +X, 0.5 +Z, 0.75 −X.
     Image {

@@ -10,6 +10,7 @@ mod polygon;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::io::Read;
 use std::path::Path;
 
 use glam::{Affine3A, Vec2, Vec3};
@@ -33,7 +34,7 @@ pub(super) fn load(
     let mut warnings = Warnings::default();
     let declared = front::declared(bytes, limits)?;
     let mut library = mtl::Library::default();
-    for (_, name) in &declared.libraries {
+    for name in &declared.libraries {
         mtl::read(&mut library, name, folder, limits, &mut budget, &mut warnings);
     }
     let checked = front::check(bytes, &declared, &library.by_name, limits, &mut budget)?;
@@ -42,7 +43,7 @@ pub(super) fn load(
 
     let n_materials = library.materials.len();
     let (models, _) = tobj::load_obj_buf(
-        &mut checked.text.as_bytes(),
+        &mut checked.vertices.as_bytes().chain(checked.faces.as_bytes()),
         &tobj::LoadOptions { single_index: true, ..Default::default() },
         |_| {
             let names = (0..n_materials).map(|i| (format!("m{i}"), i)).collect();
@@ -50,7 +51,7 @@ pub(super) fn load(
         },
     )
     .map_err(ErrorKind::Obj)?;
-    drop(checked.text);
+    drop((checked.vertices, checked.faces));
 
     let mut scene = Scene::default();
     let mut maker = mtl::Maker::new(folder, limits);

@@ -76,18 +76,19 @@ fn resolve(name: &str, folder: Option<&Path>) -> Result<PathBuf, ResourceError> 
     if name.contains('\0') || scheme(&name).is_some() {
         return Err(outside());
     }
-    let mut depth = 0usize;
+    // Put together by components: Windows' canonical paths take no `/` and no `..`.
+    let mut relative = PathBuf::new();
     for component in Path::new(&name).components() {
-        depth = match component {
-            Component::Normal(_) => depth + 1,
-            Component::CurDir => depth,
-            Component::ParentDir => depth.checked_sub(1).ok_or_else(outside)?,
-            Component::RootDir | Component::Prefix(_) => return Err(outside()),
-        };
+        match component {
+            Component::Normal(part) => relative.push(part),
+            Component::CurDir => {}
+            Component::ParentDir if relative.pop() => {}
+            _ => return Err(outside()),
+        }
     }
     let io = |source| ResourceError::Io { path: short(&name), source };
     let folder = folder.canonicalize().map_err(io)?;
-    let path = folder.join(&name).canonicalize().map_err(io)?;
+    let path = folder.join(relative).canonicalize().map_err(io)?;
     if path.starts_with(&folder) { Ok(path) } else { Err(outside()) }
 }
 

@@ -26,6 +26,15 @@ pub fn gpu() -> &'static Gpu {
 /// `fn map(input: Input) -> Output`; `I` and `O` have the same layouts in storage buffers (mind
 /// that vec3 is aligned to 16 bytes). The outputs are poisoned first, and no output may stay so.
 pub fn map<I: NoUninit, O: AnyBitPattern + NoUninit>(wgsl: &str, inputs: &[I]) -> Vec<O> {
+    map_with(wgsl, inputs, &[])
+}
+
+/// As [`map`], for WGSL that declares resources of its own in group 0, from binding 2 on.
+pub fn map_with<I: NoUninit, O: AnyBitPattern + NoUninit>(
+    wgsl: &str,
+    inputs: &[I],
+    resources: &[wgpu::BindGroupEntry],
+) -> Vec<O> {
     let text = format!(
         "{wgsl}
 @group(0) @binding(0) var<storage, read> harness_inputs: array<Input>;
@@ -52,13 +61,15 @@ fn harness_main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     let input_buffer = storage(bytemuck::cast_slice(inputs));
     let output_bytes = inputs.len() * size_of::<O>();
     let output_buffer = storage(bytemuck::cast_slice(&vec![POISON; output_bytes.div_ceil(4)]));
+    let mut entries = vec![
+        wgpu::BindGroupEntry { binding: 0, resource: input_buffer.as_entire_binding() },
+        wgpu::BindGroupEntry { binding: 1, resource: output_buffer.as_entire_binding() },
+    ];
+    entries.extend_from_slice(resources);
     let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &pipeline.get_bind_group_layout(0),
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: input_buffer.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 1, resource: output_buffer.as_entire_binding() },
-        ],
+        entries: &entries,
     });
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     {

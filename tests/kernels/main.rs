@@ -1,6 +1,12 @@
 //! Every WGSL module and kernel against oracles in f64.
 
+mod bsdf;
 mod color;
+mod geometry;
 mod harness;
+mod light;
 mod math;
+mod rays;
+mod sampling;
 mod sh;
+mod statistics;

@@ -9,7 +9,8 @@
 //! Reciprocal. Metals conserve energy (and lose some to microfacets that reflect only once).
 //! Dielectrics may gain some: the two terms are weighted by the Fresnel factor of *their own* half
 //! vector, so at grazing angles a smooth one reflects nearly all light specularly and 0.96·c_diff
-//! of it once more. The tests state how much.
+//! of it once more. A white one reflects at most 1.001 up to 45°, 1.03 at 60°, 1.6 at 85° (roughness
+//! below 0.2; 1.02 at 85° with roughness 0.8).
 //!
 //! Local frame: z is the shading normal; the caller flips it to wo's side. `wo`, `wi`: unit length,
 //! away from the surface. Measure: solid angle.

@@ -9,13 +9,22 @@
 
 #import lucerna::math::constants::UNIT_ROUNDOFF
 
-/// Bounds the rounding error of `a·(1−u−v) + b·u + c·v`, per axis [same unit as the corners].
-///
-/// The interpolation has relative error γ₇ of the sum of absolute terms (pbrt eq. 6.26); twice that
-/// also covers the error of the barycentrics themselves and of the next ray's intersection with the
-/// same plane.
+/// Roundings of the largest coordinate in an interpolated position: γ₇ (pbrt eq. 6.26), twice, for
+/// the error of the barycentrics' third weight and of the normal.
+const POSITION_ROUNDINGS: f32 = 16.0;
+/// Roundings of the triangle's extent in the distance from its plane that an intersection with the
+/// *same* triangle sees: its corners' shear mixes the axes, so even a plane of constant coordinate,
+/// where the position is exact, is met up to this far off. Enough for longest edge² up to 100 times
+/// twice the area; of slivers beyond, 1 ray in 100 000 may meet its own triangle.
+const PLANE_ROUNDINGS: f32 = 32.0;
+
+/// Bounds, per axis, the rounding error of `a·(1−u−v) + b·u + c·v` and of the next ray's intersection
+/// with that triangle [same unit as the corners].
 fn interpolation_error(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
-    return 16.0 * UNIT_ROUNDOFF * max(abs(a), max(abs(b), abs(c)));
+    let size = max(a, max(b, c)) - min(a, min(b, c));
+    let extent = max(size.x, max(size.y, size.z));
+    let position = POSITION_ROUNDINGS * max(abs(a), max(abs(b), abs(c)));
+    return UNIT_ROUNDOFF * (position + PLANE_ROUNDINGS * extent);
 }
 
 /// Moves `position` off its surface to the side of `direction`.

@@ -118,20 +118,38 @@ fn intersect_node(node: BvhNode, ray: BoxRay, t_max: f32) -> u32 {
     return hits;
 }
 
-/// Whether the hit of a triangle counts, by its material's alpha mask.
-fn is_solid(triangle_ix: u32, barycentrics: vec2<f32>) -> bool {
-    return (triangles[triangle_ix].flags & TRIANGLE_ALPHA_TESTED) == 0u
-        || !is_cut_away(triangle_ix, barycentrics);
-}
-
 /// The nearest triangle on the ray; `triangle` is NONE if there is none.
 fn nearest_hit(ray: Ray) -> Hit {
-    return traverse(ray, false);
+    return nearest_solid_hit(ray, false);
 }
 
 /// Whether anything stands on the ray.
 fn any_hit(ray: Ray) -> bool {
-    return traverse(ray, true).triangle != NONE;
+    return nearest_solid_hit(ray, true).triangle != NONE;
+}
+
+/// Walks on behind each point that an alpha mask has cut away.
+///
+/// The mask is read after the walk, not within: few triangles have one, and reading it takes more
+/// instructions than the test of a triangle. (A triangle that lies exactly in the plane of the one
+/// that was cut away is passed over as well.)
+fn nearest_solid_hit(ray: Ray, first_will_do: bool) -> Hit {
+    var rest = ray;
+    var hit: Hit;
+    loop {
+        hit = traverse(rest, first_will_do);
+        if hit.triangle == NONE || !is_cut_away_at(hit) {
+            break;
+        }
+        rest.t_min = hit.t;
+    }
+    return hit;
+}
+
+/// Whether the material's alpha mask removes the point of a hit.
+fn is_cut_away_at(hit: Hit) -> bool {
+    return (triangles[hit.triangle].flags & TRIANGLE_ALPHA_TESTED) != 0u
+        && is_cut_away(hit.triangle, hit.barycentrics);
 }
 
 /// Whether the ray met nothing.
@@ -139,7 +157,8 @@ fn hit_is_miss(hit: Hit) -> bool {
     return hit.triangle == NONE;
 }
 
-/// Finds the nearest triangle, or with `first_will_do` any.
+/// Finds the nearest triangle, masks ignored. With `first_will_do` the first triangle found without
+/// a mask ends the walk.
 fn traverse(ray: Ray, first_will_do: bool) -> Hit {
     let boxes = box_ray(ray);
     let sheared = shear_ray(ray.origin, ray.direction);
@@ -170,9 +189,8 @@ fn traverse(ray: Ray, first_will_do: bool) -> Hit {
             leaves = vec2<u32>(node.base_and_meta.y, hits & 0x00ffffffu);
         }
         while leaves.y != 0u {
-            let bit = firstTrailingBit(leaves.y);
+            let triangle_ix = leaves.x + firstTrailingBit(leaves.y);
             leaves.y &= leaves.y - 1u;
-            let triangle_ix = leaves.x + bit;
             let triangle = triangles[triangle_ix];
             let found = intersect_triangle(
                 sheared,
@@ -182,9 +200,9 @@ fn traverse(ray: Ray, first_will_do: bool) -> Hit {
                 ray.t_min,
                 hit.t,
             );
-            if found.t < hit.t && is_solid(triangle_ix, found.barycentrics) {
+            if found.t < hit.t {
                 hit = Hit(found.t, triangle_ix, found.barycentrics);
-                if first_will_do {
+                if first_will_do && (triangle.flags & TRIANGLE_ALPHA_TESTED) == 0u {
                     return hit;
                 }
             }

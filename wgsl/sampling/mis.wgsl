@@ -5,7 +5,8 @@
 #define_import_path lucerna::sampling::mis
 
 /// Balance heuristic (eq. 14): the weight of a sample drawn with density `pdf` where the other
-/// strategy would have had `other_pdf`. Both ≥ 0 in the same measure; 0 if both are 0.
+/// strategy would have had `other_pdf`. Both ≥ 0 in the same measure, their sum within f32's range; 0 if
+/// both are 0.
 fn balance_heuristic(pdf: f32, other_pdf: f32) -> f32 {
     let sum = pdf + other_pdf;
     return select(0.0, pdf / sum, sum > 0.0);

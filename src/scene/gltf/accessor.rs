@@ -40,7 +40,9 @@ impl Data<'_> {
         warnings: &mut Warnings,
     ) -> Result<Vec<[f32; N]>, ErrorKind> {
         let packed = self.packed(ix, at, N, FLOAT, "a vector of FLOAT", budget, warnings)?;
-        Ok(to_floats(&packed))
+        let floats = to_floats(&packed);
+        budget.give_back(packed.bytes.len() as u64);
+        Ok(floats)
     }
 
     /// Vectors of floats or of unsigned bytes or shorts that stand for 0..=1.
@@ -64,7 +66,9 @@ impl Data<'_> {
                 },
             ));
         }
-        Ok(to_floats(&packed))
+        let floats = to_floats(&packed);
+        budget.give_back(packed.bytes.len() as u64);
+        Ok(floats)
     }
 
     /// Vertex indices.
@@ -77,7 +81,9 @@ impl Data<'_> {
     ) -> Result<Vec<u32>, ErrorKind> {
         const EXPECTED: &str = "a SCALAR of an unsigned type";
         let packed = self.packed(ix, at, 1, UNSIGNED, EXPECTED, budget, warnings)?;
-        Ok(to_indices(&packed.bytes, packed.component))
+        let indices = to_indices(&packed.bytes, packed.component);
+        budget.give_back(packed.bytes.len() as u64);
+        Ok(indices)
     }
 
     /// How many components an element has.
@@ -118,9 +124,10 @@ impl Data<'_> {
         }
         let size = component.size() * n_components;
         let count = accessor.count.0;
-        // Vertex indices are 32-bit; and what is read becomes 4 bytes a component.
+        // Vertex indices are 32-bit. What is read becomes 4 bytes a component, while the bytes that
+        // are packed here are still held.
         let n = usize::try_from(count).ok().filter(|&n| u32::try_from(n).is_ok());
-        budget.take(count, 4 * n_components as u64, at)?;
+        budget.take(count, (4 * n_components + size) as u64, at)?;
         let n = n.ok_or_else(|| ErrorKind::TooMuch {
             what: at.to_owned(),
             needed: count,
@@ -234,9 +241,13 @@ impl Data<'_> {
             })
         })?;
         let alignment = alignment as u64;
-        let misaligned =
-            (start_in_buffer + offset) % alignment != 0 || stride as u64 % alignment != 0;
-        Ok(Strided { bytes: &bytes[offset as usize..inside as usize], stride, misaligned })
+        let aligned = (start_in_buffer + offset).is_multiple_of(alignment)
+            && (stride as u64).is_multiple_of(alignment);
+        Ok(Strided {
+            bytes: &bytes[offset as usize..inside as usize],
+            stride,
+            misaligned: !aligned,
+        })
     }
 
     /// A view's bytes, where they start in the buffer, and its stride.

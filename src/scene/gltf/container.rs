@@ -4,6 +4,7 @@
 use gltf::json::Root;
 
 use crate::scene::error::{ErrorKind, short};
+use crate::scene::limits::Budget;
 
 const HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
@@ -12,8 +13,16 @@ const CHUNK_HEADER_BYTES: usize = 8;
 pub(super) const EXTENSIONS: [&str; 3] =
     ["KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_texture_transform"];
 
+/// The parsed JSON's size: the largest object (a material) has 424 bytes, an array's element or an
+/// object's member at most 64, and arrays grow by doubling. Strings are copied as they are.
+const BYTES_PER_OBJECT: u64 = 1024;
+const BYTES_PER_ELEMENT: u64 = 128;
+
 /// Splits and parses `.gltf` or `.glb` bytes, told apart by their first bytes.
-pub(super) fn parse(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), ErrorKind> {
+pub(super) fn parse<'a>(
+    bytes: &'a [u8],
+    budget: &mut Budget,
+) -> Result<(Root, Option<&'a [u8]>), ErrorKind> {
     let (json, bin) = if bytes.starts_with(b"glTF") {
         split_glb(bytes)?
     } else {
@@ -26,6 +35,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), ErrorKind> {
     };
     let text =
         std::str::from_utf8(json).map_err(|e| ErrorKind::NotUtf8 { byte: e.valid_up_to() })?;
+    // A chunk is to be padded with blanks; some exporters pad with zeros.
+    let text = text.trim_end_matches('\0');
+    let (mut n_objects, mut n_elements) = (0, 0);
+    for byte in text.bytes() {
+        n_objects += u64::from(byte == b'{');
+        // An array's first element has no comma before it.
+        n_elements += u64::from(matches!(byte, b',' | b'['));
+    }
+    budget.take(text.len() as u64, 1, "JSON text")?;
+    budget.take(n_objects, BYTES_PER_OBJECT, "JSON objects")?;
+    budget.take(n_elements, BYTES_PER_ELEMENT, "JSON elements")?;
     let root =
         Root::from_str(text).map_err(|e| ErrorKind::Json { message: short(&e.to_string()) })?;
     check_version(&root)?;

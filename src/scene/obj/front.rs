@@ -7,15 +7,18 @@
 //! where the file has none, the first `vt` and `vn` stand in, which are NaN.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 
 use crate::scene::error::{ErrorKind, LineProblem, Warning, Warnings, short};
 use crate::scene::limits::{Budget, LoadLimits};
 
-/// Bytes that the parser and its result hold for a line of the file, beside the text: generous.
+/// Bytes that the parser and its result hold beside the text, generously: per line (a vertex, or
+/// what every line costs), per corner of a face (its indices, and a vertex of its own in a hash map,
+/// in the parser's mesh and in ours), and per change of object or material (a mesh).
 const PARSED_BYTES_PER_LINE: u64 = 160;
-const PARSED_BYTES_PER_CORNER: u64 = 64;
+const PARSED_BYTES_PER_CORNER: u64 = 192;
+const PARSED_BYTES_PER_MESH: u64 = 1024;
 
 /// What a file declares, counted before its faces are read: faces may come before their vertices.
 #[derive(Default)]
@@ -23,13 +26,15 @@ pub(super) struct Declared {
     n_positions: usize,
     n_texcoords: usize,
     n_normals: usize,
-    /// Names of material libraries with their lines.
-    pub libraries: Vec<(usize, String)>,
+    /// Names of material libraries, each once: some exporters repeat them for every object.
+    pub libraries: Vec<String>,
 }
 
 /// A file that the parser can be given.
 pub(super) struct Checked {
-    pub text: String,
+    /// To be read first.
+    pub vertices: String,
+    pub faces: String,
     /// Line in the original file of each face, in the order of the text.
     pub face_lines: Vec<usize>,
     pub problems: Problems,
@@ -126,6 +131,7 @@ pub(super) fn keyword(line: &str) -> (&str, &str) {
 /// Counts what the file declares.
 pub(super) fn declared(bytes: &[u8], limits: &LoadLimits) -> Result<Declared, ErrorKind> {
     let mut declared = Declared::default();
+    let mut known = HashSet::new();
     for line in lines(bytes, limits) {
         let line = line?;
         let (word, rest) = keyword(&line.text);
@@ -133,7 +139,7 @@ pub(super) fn declared(bytes: &[u8], limits: &LoadLimits) -> Result<Declared, Er
             "v" => declared.n_positions += 1,
             "vt" => declared.n_texcoords += 1,
             "vn" => declared.n_normals += 1,
-            "mtllib" => declared.libraries.push((line.number, rest.to_owned())),
+            "mtllib" if known.insert(rest.to_owned()) => declared.libraries.push(rest.to_owned()),
             _ => {}
         }
     }
@@ -191,55 +197,18 @@ pub(super) fn check(
                 writeln!(vertices, "vn {} {} {}", n[0], n[1], n[2])
             }
             "f" | "fo" => {
-                let mut problem = None;
-                let mut attribute_problem = None;
-                for corner in words(rest) {
-                    let mut parts = corner.split('/');
-                    let position =
-                        resolve(parts.next().unwrap_or(""), n_positions, declared.n_positions);
-                    let mut attribute = |part: Option<&str>, so_far, total| match part {
-                        None | Some("") => Ok(0),
-                        // The first line is the stand-in's.
-                        Some(part) => match resolve(part, so_far, total) {
-                            Ok(ix) => Ok(ix + 1),
-                            Err(LineProblem::Index) => {
-                                attribute_problem = Some(LineProblem::AttributeIndex);
-                                Ok(0)
-                            }
-                            Err(other) => Err(other),
-                        },
-                    };
-                    let texcoord = attribute(parts.next(), n_texcoords, declared.n_texcoords);
-                    let normal = attribute(parts.next(), n_normals, declared.n_normals);
-                    match (position, texcoord, normal, parts.next()) {
-                        (Ok(v), Ok(vt), Ok(vn), None) => corners.push([v, vt, vn]),
-                        (Err(p), ..) | (_, Err(p), ..) | (_, _, Err(p), _) => problem = Some(p),
-                        _ => problem = Some(LineProblem::Corner),
-                    }
+                let so_far = [n_positions, n_texcoords, n_normals];
+                let (skipped, changed) = face(rest, so_far, declared, &mut corners);
+                for problem in skipped.into_iter().chain(changed) {
+                    problems.add(number, problem);
                 }
-                if let Some(attribute_problem) = attribute_problem {
-                    problems.add(number, attribute_problem);
-                }
-                if problem.is_none() && corners.len() < 3 {
-                    problem = Some(LineProblem::FewCorners);
-                }
-                match problem {
-                    Some(problem) => {
-                        problems.add(number, problem);
-                        Ok(())
-                    }
-                    None => {
-                        n_triangles += corners.len() as u64 - 2;
-                        face_lines.push(number);
-                        faces.push('f');
-                        let mut result = Ok(());
-                        for [v, vt, vn] in &corners {
-                            // Counted from 1.
-                            result = write!(faces, " {}/{}/{}", v + 1, vt + 1, vn + 1);
-                        }
-                        faces.push('\n');
-                        result
-                    }
+                if skipped.is_some() {
+                    corners.clear();
+                    Ok(())
+                } else {
+                    n_triangles += corners.len() as u64 - 2;
+                    face_lines.push(number);
+                    write_face(&mut faces, &corners)
                 }
             }
             "o" | "g" => writeln!(faces, "o {}", short(rest)),
@@ -265,11 +234,67 @@ pub(super) fn check(
             });
         }
         let written = (vertices.len() + faces.len() - before) as u64;
-        let parsed = PARSED_BYTES_PER_LINE + PARSED_BYTES_PER_CORNER * corners.len() as u64;
+        let starts_mesh = matches!(word, "o" | "g" | "usemtl");
+        let parsed = PARSED_BYTES_PER_LINE
+            + PARSED_BYTES_PER_CORNER * corners.len() as u64
+            + PARSED_BYTES_PER_MESH * u64::from(starts_mesh);
         budget.take(written + parsed, 1, "OBJ text")?;
     }
-    vertices.push_str(&faces);
-    Ok(Checked { text: vertices, face_lines, problems })
+    Ok(Checked { vertices, faces, face_lines, problems })
+}
+
+/// Corners of a face, as indices from 0 of position, texture coordinate and normal, the latter two
+/// with the stand-ins in front. Returns why the face is to be skipped (at least 3 corners are left if
+/// it is not), and what else is wrong with it.
+fn face(
+    rest: &str,
+    [n_positions, n_texcoords, n_normals]: [usize; 3],
+    declared: &Declared,
+    corners: &mut Vec<[usize; 3]>,
+) -> (Option<LineProblem>, Option<LineProblem>) {
+    let mut changed = None;
+    let mut optional = |part: Option<&str>, so_far, total| match part {
+        None | Some("") => Ok(0),
+        Some(part) => match resolve(part, so_far, total) {
+            Ok(ix) => Ok(ix + 1),
+            Err(LineProblem::Index) => {
+                changed = Some(LineProblem::AttributeIndex);
+                Ok(0)
+            }
+            Err(other) => Err(other),
+        },
+    };
+    let mut corner = |word: &str| {
+        let mut parts = word.split('/');
+        let position = parts.next().unwrap_or("");
+        let corner = [
+            resolve(position, n_positions, declared.n_positions)?,
+            optional(parts.next(), n_texcoords, declared.n_texcoords)?,
+            optional(parts.next(), n_normals, declared.n_normals)?,
+        ];
+        match parts.next() {
+            None => Ok(corner),
+            Some(_) => Err(LineProblem::Corner),
+        }
+    };
+    for word in words(rest) {
+        match corner(word) {
+            Ok(corner) => corners.push(corner),
+            Err(problem) => return (Some(problem), None),
+        }
+    }
+    let few = (corners.len() < 3).then_some(LineProblem::FewCorners);
+    (few, changed)
+}
+
+fn write_face(faces: &mut String, corners: &[[usize; 3]]) -> std::fmt::Result {
+    faces.push('f');
+    for [v, vt, vn] in corners {
+        // The parser counts from 1.
+        write!(faces, " {}/{}/{}", v + 1, vt + 1, vn + 1)?;
+    }
+    faces.push('\n');
+    Ok(())
 }
 
 /// Words up to a comment.

@@ -136,21 +136,17 @@ fn delaunay(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
     }
 
     // Inside is where the outline has been crossed an odd number of times.
-    const OUTER: usize = 0;
+    // Each entry: an edge with a face yet to see on its left, and whether its right is inside.
     let mut inside: Vec<Option<bool>> = vec![None; cdt.num_all_faces()];
-    inside[OUTER] = Some(false);
-    let mut stack: Vec<_> = cdt.convex_hull().map(|edge| (edge.rev(), false)).collect();
-    // The hull's edges have the outer face on one side; the walk starts on the other.
-    for (edge, _) in &mut stack {
-        if edge.is_outer_edge() {
-            *edge = edge.rev();
-        }
+    let mut stack = Vec::new();
+    for hull in cdt.convex_hull() {
+        let inward = if hull.is_outer_edge() { hull.rev() } else { hull };
+        stack.push((inward, false));
     }
     let mut triangles = Vec::with_capacity(points.len().saturating_sub(2));
     let mut filled = 0.0;
     while let Some((edge, beyond)) = stack.pop() {
-        let face = edge.face();
-        let Some(face) = face.as_inner() else {
+        let Some(face) = edge.face().as_inner() else {
             continue;
         };
         if inside[face.index()].is_some() {

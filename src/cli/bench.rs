@@ -1,0 +1,100 @@
+//! `lucerna bench`.
+
+mod rays;
+mod reference;
+mod room;
+
+use super::CommandResult;
+use super::scene_args::AdapterArguments;
+use clap::Args;
+use serde_json::Value;
+use std::path::PathBuf;
+
+/// `lucerna bench`.
+#[derive(Args, Clone, Debug)]
+pub struct BenchArguments {
+    /// What to measure; everything if it is not given.
+    #[arg(value_enum)]
+    group: Option<Group>,
+    /// Measure on this scene instead of the generated room of 270 348 triangles.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
+    #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
+    camera: Option<String>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    adapter: AdapterArguments,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq)]
+enum Group {
+    /// Traversal of the BVH, against obvhs's own on one CPU thread.
+    Rays,
+    /// Samples per second of the path tracer.
+    Reference,
+}
+
+/// One line of a table.
+struct Row {
+    name: String,
+    value: f64,
+    unit: &'static str,
+    /// How many times the baseline it is, and which baseline.
+    ratio: Option<(f64, &'static str)>,
+}
+
+pub fn bench(arguments: &BenchArguments) -> CommandResult {
+    if cfg!(debug_assertions) {
+        eprintln!("note: this is a debug build; the CPU side is slower than in a release build");
+    }
+    let wants = |group| arguments.group.is_none_or(|wanted| wanted == group);
+    let (gpu, info, source) = arguments.adapter.open()?;
+    let (scene, camera) = match &arguments.scene {
+        Some(file) => super::scene_args::load_with_camera(file, arguments.camera.as_deref())?,
+        None => room::room(),
+    };
+    let mut groups = Vec::new();
+    if wants(Group::Rays) {
+        groups.push(("rays", rays::measure(&gpu, &scene, &camera, source)?));
+    }
+    if wants(Group::Reference) {
+        groups.push(("reference", reference::measure(&gpu, &scene, &camera, source)?));
+    }
+    if arguments.json {
+        let json = serde_json::json!({
+            "adapter": info.name,
+            "driver": info.driver_info,
+            "groups": groups.iter().map(|(name, rows)| ((*name).to_owned(), rows_json(rows))).collect::<serde_json::Map<_, _>>(),
+        });
+        println!("{}", serde_json::to_string_pretty(&json)?);
+        return Ok(());
+    }
+    for (name, rows) in &groups {
+        println!("{name}");
+        for row in rows {
+            let ratio = match row.ratio {
+                Some((ratio, baseline)) => format!("{ratio:>8.2} x {baseline}"),
+                None => String::new(),
+            };
+            println!("  {:<44} {:>10.3} {:<16} {ratio}", row.name, row.value, row.unit);
+        }
+    }
+    Ok(())
+}
+
+fn rows_json(rows: &[Row]) -> Value {
+    rows.iter()
+        .map(|row| {
+            serde_json::json!({
+                "name": row.name,
+                "value": row.value,
+                "unit": row.unit,
+                "ratio": row.ratio.map(|(ratio, _)| ratio),
+                "baseline": row.ratio.map(|(_, baseline)| baseline),
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,59 @@
+//! `lucerna export`.
+
+use super::CommandResult;
+use clap::Args;
+use lucerna::picture::write_whole_file;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// `lucerna export`.
+#[derive(Args, Clone, Debug)]
+pub struct ExportArguments {
+    /// The shading language.
+    #[arg(long, value_enum, default_value_t = Target::Wgsl)]
+    target: Target,
+    /// Folder to write to; made if it is not there.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Kernels to write (as `lucerna kernels` lists them); all if none is named.
+    kernels: Vec<String>,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum Target {
+    /// One self-contained WGSL text a kernel.
+    Wgsl,
+}
+
+pub fn export(arguments: &ExportArguments) -> CommandResult {
+    let Target::Wgsl = arguments.target;
+    for name in &arguments.kernels {
+        if !lucerna::kernels().iter().any(|kernel| kernel.name == name) {
+            return Err(format!("no kernel `{name}`; see `lucerna kernels`").into());
+        }
+    }
+    for kernel in lucerna::kernels() {
+        if !arguments.kernels.is_empty()
+            && !arguments.kernels.iter().any(|name| name == kernel.name)
+        {
+            continue;
+        }
+        let Some(wgsl) = kernel.composed else {
+            eprintln!(
+                "note: {} ({}) is left out: naga does not write ray queries as WGSL",
+                kernel.name, kernel.variant
+            );
+            continue;
+        };
+        let file = arguments.output.join(kernel.variant).join(format!("{}.wgsl", kernel.name));
+        let folder = file.parent().unwrap_or(&arguments.output);
+        std::fs::create_dir_all(folder)
+            .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+        write_whole_file(&file, |writer| -> std::io::Result<()> {
+            writer.write_all(wgsl.as_bytes())
+        })
+        .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+        println!("{}", file.display());
+    }
+    Ok(())
+}

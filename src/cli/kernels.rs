@@ -1,0 +1,92 @@
+//! `lucerna kernels`.
+
+use super::CommandResult;
+use clap::Args;
+use lucerna::Kernel;
+
+/// `lucerna kernels`.
+#[derive(Args, Clone, Debug)]
+pub struct KernelsArguments {
+    /// Describe this kernel (as listed, like reference/path_trace).
+    name: Option<String>,
+    /// Print the kernel composed into one WGSL text.
+    #[arg(long, requires = "name")]
+    wgsl: bool,
+    /// List the modules that can be imported instead.
+    #[arg(long, conflicts_with_all = ["name", "wgsl"])]
+    modules: bool,
+}
+
+pub fn kernels(arguments: &KernelsArguments) -> CommandResult {
+    if arguments.modules {
+        for module in lucerna::modules().iter().filter(|module| module.variant.is_empty()) {
+            println!("{:<40} {}", module.import_path, module.file);
+        }
+        return Ok(());
+    }
+    let Some(name) = &arguments.name else {
+        println!("{:<28} {:<10} {:>14}  bindings", "kernel", "variant", "workgroup");
+        for kernel in lucerna::kernels() {
+            let sizes: Vec<_> =
+                kernel.entry_points.iter().map(|e| join(e.workgroup_size)).collect();
+            let variant = if kernel.variant.is_empty() { "baseline" } else { kernel.variant };
+            let n = kernel.bindings.len();
+            println!("{:<28} {variant:<10} {:>14}  {n}", kernel.name, sizes.join(" "));
+        }
+        return Ok(());
+    };
+    let found: Vec<_> = lucerna::kernels().iter().filter(|kernel| kernel.name == name).collect();
+    let Some(first) = found.first() else {
+        let names: std::collections::BTreeSet<_> =
+            lucerna::kernels().iter().map(|k| k.name).collect();
+        let names = Vec::from_iter(names).join(", ");
+        return Err(format!("no kernel `{name}`; there is {names}").into());
+    };
+    if arguments.wgsl {
+        print!("{}", first.composed.unwrap_or(first.source));
+        return Ok(());
+    }
+    for kernel in found {
+        describe(kernel);
+    }
+    Ok(())
+}
+
+fn join(size: [u32; 3]) -> String {
+    size.map(|n| n.to_string()).join("x")
+}
+
+fn describe(kernel: &Kernel) {
+    let variant = if kernel.variant.is_empty() { "baseline" } else { kernel.variant };
+    println!("{} ({variant})\n  file: {}", kernel.name, kernel.file);
+    // The header's //! lines say what the kernel does.
+    for line in kernel.source.lines().filter_map(|line| line.strip_prefix("//!")) {
+        println!("  {}", line.trim());
+    }
+    for entry in kernel.entry_points {
+        println!(
+            "  entry point: {} ({}), workgroup {}",
+            entry.name,
+            entry.stage,
+            join(entry.workgroup_size)
+        );
+    }
+    let resources = &kernel.resources;
+    println!(
+        "  uses: {} of 8 storage buffers ({} of the host seam), {} textures, {} storage textures, {} bytes of workgroup memory",
+        resources.storage_buffers,
+        resources.seam_storage_buffers,
+        resources.sampled_textures,
+        resources.storage_textures,
+        resources.workgroup_bytes
+    );
+    println!("  imports: {}", kernel.imports.join(", "));
+    println!("  bindings:");
+    for binding in kernel.bindings {
+        println!(
+            "    @group({}) @binding({}) {}: {}",
+            binding.group, binding.binding, binding.name, binding.kind
+        );
+    }
+    println!();
+}

@@ -1,0 +1,84 @@
+//! The command line: arguments, and one file for each command.
+
+mod bench;
+mod compare;
+mod doctor;
+mod export;
+mod kernels;
+mod progress;
+mod render;
+mod scene_args;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+use tracing_subscriber::EnvFilter;
+
+/// What a command returns: an error is printed with its causes and makes the exit code 1.
+type CommandResult = Result<(), Box<dyn std::error::Error>>;
+
+/// Real-time global illumination as WGSL modules: render, compare, inspect, export.
+#[derive(Parser)]
+#[command(name = "lucerna", version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene with one of the techniques.
+    Render(render::RenderArguments),
+    /// Render a scene with the path tracer: the ground truth.
+    Reference(render::ReferenceArguments),
+    /// Measure how far a picture is from another.
+    Compare(compare::CompareArguments),
+    /// List the kernels, or describe one: bindings, workgroup size, imports.
+    Kernels(kernels::KernelsArguments),
+    /// Write kernels as self-contained files.
+    Export(export::ExportArguments),
+    /// Measure speed.
+    Bench(bench::BenchArguments),
+    /// Show the adapters and what runs on them.
+    Doctor,
+}
+
+/// Runs the program: 0 done, 1 the work failed, 2 the command line is wrong.
+pub fn run() -> ExitCode {
+    let arguments = Arguments::parse();
+    tracing_subscriber::fmt()
+        .with_env_filter(
+            EnvFilter::try_from_default_env().unwrap_or_else(|_| {
+                EnvFilter::new("lucerna=info,warn,wgpu_hal=error,wgpu_core=error")
+            }),
+        )
+        .with_writer(std::io::stderr)
+        .with_target(false)
+        .without_time()
+        .init();
+    let result = match arguments.command {
+        Command::Render(arguments) => render::render(&arguments),
+        Command::Reference(arguments) => render::reference(&arguments),
+        Command::Compare(arguments) => compare::compare(&arguments),
+        Command::Kernels(arguments) => kernels::kernels(&arguments),
+        Command::Export(arguments) => export::export(&arguments),
+        Command::Bench(arguments) => bench::bench(&arguments),
+        Command::Doctor => doctor::doctor(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            let mut cause = error.source();
+            let mut last = error.to_string();
+            while let Some(error) = cause {
+                // Many errors already name their cause.
+                if !last.contains(&error.to_string()) {
+                    eprintln!("  because: {error}");
+                }
+                last = error.to_string();
+                cause = error.source();
+            }
+            ExitCode::FAILURE
+        }
+    }
+}

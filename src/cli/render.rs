@@ -1,0 +1,282 @@
+//! `lucerna render` and `lucerna reference`.
+
+use super::CommandResult;
+use super::progress::Meter;
+use super::scene_args::{AdapterArguments, Prepared, SceneArguments};
+use clap::Args;
+use lucerna::blocking::{RenderStats, read_film, render_reference};
+use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
+use lucerna::picture::{PngOptions, ToneMap, write_whole_file};
+use lucerna::reference::{Channel, ReferenceSettings, resolve};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Where the picture goes and what it shows.
+#[derive(Args, Clone, Debug)]
+pub struct OutputArguments {
+    /// Output picture: .png (display values), .exr or .hdr (linear).
+    #[arg(short, long, value_name = "FILE", value_parser = parse_output)]
+    output: PathBuf,
+    /// What the picture shows.
+    #[arg(long, value_enum, default_value_t = ChannelArgument::Beauty)]
+    channel: ChannelArgument,
+    /// Brighten a PNG by this many stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_exposure)]
+    exposure: f32,
+    /// Compress a PNG's highlights (Khronos PBR Neutral) instead of clipping them.
+    #[arg(long)]
+    tone_map: bool,
+    /// Stream of random numbers.
+    #[arg(long, default_value_t = 0)]
+    seed: u32,
+    /// Write GPU times per pass as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    timings: Option<PathBuf>,
+}
+
+fn parse_output(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref() {
+        Some("png" | "exr" | "hdr") => Ok(path),
+        _ => Err("the ending must be .png, .exr or .hdr".into()),
+    }
+}
+
+fn parse_exposure(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(stops) if stops.abs() <= 64.0 => Ok(stops),
+        _ => Err("expected a number of stops between -64 and 64".into()),
+    }
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq)]
+enum ChannelArgument {
+    /// Emitted, direct and indirect light.
+    Beauty,
+    /// Light straight from emitters and the sky.
+    Emitted,
+    /// Light reflected once.
+    Direct,
+    /// Light reflected more than once.
+    Indirect,
+    /// Irradiance at the first surface [W/m²].
+    Irradiance,
+    /// Base colour of the first surface.
+    Albedo,
+    /// World-space normal of the first surface (PNG: 0.5 + 0.5·n).
+    Normal,
+    /// Distance along the view axis [m] (PNG: nearest white, farthest black).
+    Depth,
+}
+
+impl From<ChannelArgument> for Channel {
+    fn from(channel: ChannelArgument) -> Self {
+        match channel {
+            ChannelArgument::Beauty => Self::Beauty,
+            ChannelArgument::Emitted => Self::Emitted,
+            ChannelArgument::Direct => Self::Direct,
+            ChannelArgument::Indirect => Self::Indirect,
+            ChannelArgument::Irradiance => Self::Irradiance,
+            ChannelArgument::Albedo => Self::Albedo,
+            ChannelArgument::Normal => Self::Normal,
+            ChannelArgument::Depth => Self::Depth,
+        }
+    }
+}
+
+/// `lucerna render`.
+#[derive(Args, Clone, Debug)]
+pub struct RenderArguments {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// How light is computed.
+    #[arg(long, value_enum, default_value_t = Technique::Reference)]
+    technique: Technique,
+    /// Frames to accumulate; the reference takes one sample per pixel and frame.
+    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    frames: u32,
+    /// Reflections after the first.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    bounces: u32,
+    #[command(flatten)]
+    output: OutputArguments,
+    #[command(flatten)]
+    adapter: AdapterArguments,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum Technique {
+    /// Unidirectional path tracer.
+    Reference,
+}
+
+/// `lucerna reference`.
+#[derive(Args, Clone, Debug)]
+pub struct ReferenceArguments {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Samples per pixel.
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    spp: u32,
+    /// Reflections after the first; 0: direct light only.
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    bounces: u32,
+    #[command(flatten)]
+    output: OutputArguments,
+    #[command(flatten)]
+    adapter: AdapterArguments,
+}
+
+pub fn render(arguments: &RenderArguments) -> CommandResult {
+    match arguments.technique {
+        Technique::Reference => trace(
+            &arguments.scene,
+            &arguments.adapter,
+            &arguments.output,
+            arguments.frames,
+            arguments.bounces,
+        ),
+    }
+}
+
+pub fn reference(arguments: &ReferenceArguments) -> CommandResult {
+    trace(&arguments.scene, &arguments.adapter, &arguments.output, arguments.spp, arguments.bounces)
+}
+
+fn trace(
+    scene: &SceneArguments,
+    adapter: &AdapterArguments,
+    output: &OutputArguments,
+    n_samples: u32,
+    n_bounces: u32,
+) -> CommandResult {
+    // A long rendering must not end at a folder that is not there.
+    check_writable(&output.output)?;
+    let diffuse_only = scene.diffuse;
+    let Prepared { scene, camera, size } = scene.prepare()?;
+    let (gpu, info, rays) = adapter.open()?;
+    let gpu_scene = GpuScene::new(&gpu, &scene, GpuSceneOptions { diffuse_only, rays })?;
+    if gpu_scene.skipped_triangles() > 0 {
+        eprintln!(
+            "warning: {} triangles have no area or lie too far away and are left out",
+            gpu_scene.skipped_triangles()
+        );
+    }
+    eprintln!("scene: {} triangles, {} lights", gpu_scene.n_triangles(), gpu_scene.n_lights());
+    let settings = ReferenceSettings {
+        size,
+        n_bounces,
+        seed: output.seed,
+        irradiance: output.channel == ChannelArgument::Irradiance,
+    };
+
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    // The second Ctrl-C ends the program at once.
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })?;
+    let mut meter = Meter::new("path tracing");
+    let (film, stats) =
+        render_reference(&gpu, &gpu_scene, &camera, &settings, n_samples, |progress| {
+            meter.show(progress.done, progress.total);
+            !interrupted.load(Ordering::Relaxed)
+        })?;
+    meter.finish();
+    let sums = read_film(&gpu, &film)?;
+    let rejected: u64 = sums.iter().map(|pixel| u64::from(pixel.n_rejected)).sum();
+    if rejected > 0 {
+        eprintln!("warning: {rejected} samples were not finite and were left out");
+    }
+    let picture = resolve(&sums, size, output.channel.into());
+    let picture = for_file(picture, output);
+    let tone_map = output.tone_map.then_some(ToneMap::KhronosPbrNeutral);
+    picture.write(&output.output, &PngOptions { exposure_ev: output.exposure, tone_map })?;
+    if let Some(file) = &output.timings {
+        write_timings(file, &info, rays, &stats)?;
+    }
+    if stats.stopped {
+        eprintln!(
+            "stopped: every pixel has {} of {n_samples} samples, some one batch more",
+            stats.n_samples
+        );
+    }
+    eprintln!("rendered in {:.2} s", stats.wall_time.as_secs_f64());
+    println!("{}", output.output.display());
+    Ok(())
+}
+
+/// Normals and depths have no place in a PNG's 0..1: they are mapped into it.
+fn for_file(
+    mut picture: lucerna::picture::Picture,
+    output: &OutputArguments,
+) -> lucerna::picture::Picture {
+    let png = output.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    match output.channel {
+        ChannelArgument::Normal if png => {
+            for rgb in &mut picture.rgb {
+                *rgb = *rgb * 0.5 + 0.5;
+            }
+        }
+        ChannelArgument::Depth if png => {
+            let depths = || picture.rgb.iter().map(|rgb| rgb.x).filter(|&depth| depth > 0.0);
+            let (near, far) = (depths().fold(f32::MAX, f32::min), depths().fold(0.0, f32::max));
+            let span = (far - near).max(1e-6);
+            for rgb in &mut picture.rgb {
+                let shade = if rgb.x > 0.0 { 1.0 - 0.9 * (rgb.x - near) / span } else { 0.0 };
+                *rgb = glam::Vec3::splat(shade);
+            }
+        }
+        _ => {}
+    }
+    picture
+}
+
+/// Fails early where the output's folder is missing or is no folder.
+fn check_writable(output: &Path) -> CommandResult {
+    let folder = match output.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if output.is_dir() {
+        return Err(format!("cannot write {}: it is a folder", output.display()).into());
+    }
+    if !folder.is_dir() {
+        return Err(format!(
+            "cannot write {}: there is no folder {}",
+            output.display(),
+            folder.display()
+        )
+        .into());
+    }
+    Ok(())
+}
+
+fn write_timings(
+    file: &Path,
+    info: &wgpu::AdapterInfo,
+    rays: RaySource,
+    stats: &RenderStats,
+) -> CommandResult {
+    let json = serde_json::json!({
+        "adapter": info.name,
+        "backend": info.backend.to_string(),
+        "driver": info.driver_info,
+        "rays": match rays { RaySource::Software => "software", RaySource::RayQuery => "ray_query" },
+        "samples_per_pixel": stats.n_samples,
+        "wall_ms": stats.wall_time.as_secs_f64() * 1e3,
+        "passes": [{
+            "name": "reference/path_trace",
+            "dispatches": stats.n_dispatches,
+            "gpu_ms": stats.gpu_time.map(|time| time.as_secs_f64() * 1e3),
+        }],
+    });
+    let text = serde_json::to_string_pretty(&json)?;
+    write_whole_file(file, |writer| -> std::io::Result<()> { writeln!(writer, "{text}") })
+        .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+    Ok(())
+}

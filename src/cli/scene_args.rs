@@ -1,0 +1,340 @@
+//! The scene, camera, light, size and adapter flags that several commands share.
+
+use clap::Args;
+use glam::{UVec2, Vec3};
+use lucerna::gpu::{AdapterChoice, Gpu};
+use lucerna::gpu_scene::RaySource;
+use lucerna::picture::Picture;
+use lucerna::scene::{Camera, Light, LoadLimits, Projection, Scene, Sky};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// A scene file and what is changed about it.
+#[derive(Args, Clone, Debug)]
+pub struct SceneArguments {
+    /// Scene file: .gltf, .glb or .obj.
+    pub scene: PathBuf,
+    /// A camera of the file by name, or "eye=x,y,z target=x,y,z fov=DEG" (vertical field of view).
+    #[arg(long, value_name = "NAME|SPEC")]
+    camera: Option<String>,
+    /// Add a light: "kind=point|spot|directional position=x,y,z direction=x,y,z intensity=r,g,b
+    /// inner=DEG outer=DEG range=M". Repeatable.
+    #[arg(long, value_name = "SPEC")]
+    light: Vec<LightSpec>,
+    /// Leave out the file's point, spot and directional lights.
+    #[arg(long)]
+    no_scene_lights: bool,
+    /// Radiance from all around: r,g,b or an equirectangular .hdr, .exr, .png, .jpg.
+    #[arg(long, value_name = "R,G,B|FILE")]
+    sky: Option<String>,
+    /// Picture size in pixels.
+    #[arg(long, value_name = "WxH", default_value = "640x360")]
+    size: SizeSpec,
+    /// Read every material as Lambert with its base colour as albedo.
+    #[arg(long)]
+    pub diffuse: bool,
+}
+
+/// Which adapter, and what answers rays.
+#[derive(Args, Clone, Debug)]
+pub struct AdapterArguments {
+    /// auto (the best GPU, else software), software, or part of an adapter's name.
+    #[arg(long, value_name = "WHICH", default_value = "auto")]
+    adapter: AdapterChoice,
+    /// What traces rays: the software BVH, the adapter's ray queries, or auto (ray queries on real
+    /// GPUs that have them).
+    #[arg(long, value_enum, default_value_t = RaysChoice::Auto)]
+    rays: RaysChoice,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum RaysChoice {
+    Auto,
+    Software,
+    RayQuery,
+}
+
+impl AdapterArguments {
+    /// Opens the device and says which one.
+    pub fn open(&self) -> Result<(Gpu, wgpu::AdapterInfo, RaySource), lucerna::gpu::GpuError> {
+        let (gpu, info) = lucerna::blocking::open(&self.adapter)?;
+        let real = info.device_type != wgpu::DeviceType::Cpu;
+        let rays = match self.rays {
+            RaysChoice::Software => RaySource::Software,
+            RaysChoice::RayQuery => RaySource::RayQuery,
+            RaysChoice::Auto if real && gpu.has_ray_query() => RaySource::RayQuery,
+            RaysChoice::Auto => RaySource::Software,
+        };
+        let tracing = match rays {
+            RaySource::Software => "software BVH",
+            RaySource::RayQuery => "ray queries",
+        };
+        let software = if real { "" } else { ", software" };
+        eprintln!("adapter: {} ({}{software}); rays: {tracing}", info.name, info.backend);
+        Ok((gpu, info, rays))
+    }
+}
+
+/// A scene ready to render.
+pub struct Prepared {
+    pub scene: Scene,
+    pub camera: Camera,
+    pub size: UVec2,
+}
+
+impl SceneArguments {
+    /// Loads the file and applies the flags. Warnings go to stderr.
+    pub fn prepare(&self) -> Result<Prepared, Box<dyn std::error::Error>> {
+        let loaded = Scene::load(&self.scene, &LoadLimits::default())?;
+        for warning in &loaded.warnings {
+            eprintln!("warning: {warning}");
+        }
+        let mut scene = loaded.scene;
+        if self.no_scene_lights {
+            scene.lights.clear();
+        }
+        scene.lights.extend(self.light.iter().map(|spec| spec.0.clone()));
+        if let Some(sky) = &self.sky {
+            scene.sky = read_sky(sky)?;
+        }
+        let emits = scene.materials.iter().any(|material| material.emission != Vec3::ZERO);
+        let dark = matches!(scene.sky, Sky::Constant(Vec3::ZERO));
+        if scene.lights.is_empty() && !emits && dark && self.sky.is_none() {
+            eprintln!(
+                "note: the scene has no light; using a white sky of radiance 1 (--sky, --light)"
+            );
+            scene.sky = Sky::Constant(Vec3::ONE);
+        }
+        let camera = find_camera(&self.scene, &scene, self.camera.as_deref(), self.size.0)?;
+        Ok(Prepared { scene, camera, size: self.size.0 })
+    }
+}
+
+/// A scene file as it is, with one of its cameras or a described one.
+pub fn load_with_camera(
+    file: &Path,
+    wanted: Option<&str>,
+) -> Result<(Scene, Camera), Box<dyn std::error::Error>> {
+    let scene = Scene::load(file, &LoadLimits::default())?.scene;
+    let camera = find_camera(file, &scene, wanted, UVec2::ONE)?;
+    Ok((scene, camera))
+}
+
+fn find_camera(
+    file: &Path,
+    scene: &Scene,
+    wanted: Option<&str>,
+    size: UVec2,
+) -> Result<Camera, Box<dyn std::error::Error>> {
+    let Some(wanted) = wanted else {
+        if let Some(camera) = scene.cameras.first() {
+            return Ok(camera.clone());
+        }
+        eprintln!("note: the scene has no camera; looking at all of it (--camera)");
+        return Ok(camera_around(scene, size));
+    };
+    if let Some(camera) = scene.cameras.iter().find(|camera| camera.name == wanted) {
+        return Ok(camera.clone());
+    }
+    if wanted.contains('=') {
+        return Ok(parse_camera(wanted)?);
+    }
+    let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    let there = if names.is_empty() {
+        "the file has none".to_owned()
+    } else {
+        format!("the file has {}", names.join(", "))
+    };
+    Err(format!(
+        "no camera `{wanted}` in {}: {there}; or give \"eye=x,y,z target=x,y,z fov=DEG\"",
+        file.display()
+    )
+    .into())
+}
+
+/// A camera in front of the scene's box, a little above, that sees all of it.
+fn camera_around(scene: &Scene, size: UVec2) -> Camera {
+    let (min, max) = scene.bounds().unwrap_or((Vec3::NEG_ONE, Vec3::ONE));
+    let center = 0.5 * (min + max);
+    let radius = (0.5 * (max - min).length()).max(1e-3);
+    let vertical_fov = 45f32.to_radians();
+    let aspect = size.x as f32 / size.y as f32;
+    let narrow = if aspect < 1.0 {
+        2.0 * ((0.5 * vertical_fov).tan() * aspect).atan()
+    } else {
+        vertical_fov
+    };
+    let back = Vec3::new(0.4, 0.3, 1.0).normalize();
+    let position = center + back * (radius / (0.5 * narrow).sin());
+    look_at("around", position, center, vertical_fov)
+}
+
+fn look_at(name: &str, eye: Vec3, target: Vec3, vertical_fov: f32) -> Camera {
+    let forward = (target - eye).normalize();
+    // Looking straight up or down, +Y says nothing about the picture's top.
+    let world_up = if forward.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };
+    let right = forward.cross(world_up).normalize();
+    Camera {
+        name: name.to_owned(),
+        position: eye,
+        forward,
+        up: right.cross(forward),
+        projection: Projection::Perspective { vertical_fov },
+    }
+}
+
+fn parse_camera(text: &str) -> Result<Camera, String> {
+    let fields = Fields::parse(text, &["eye", "target", "fov"])?;
+    let (eye, target) = (fields.vector("eye")?, fields.vector("target")?);
+    if eye == target {
+        return Err(format!("camera `{text}`: eye and target are the same point"));
+    }
+    let fov = fields.number_or("fov", 60.0)?;
+    if !(fov > 0.0 && fov < 180.0) {
+        return Err(format!("camera `{text}`: fov={fov} is not between 0 and 180 degrees"));
+    }
+    Ok(look_at("command line", eye, target, fov.to_radians()))
+}
+
+fn read_sky(text: &str) -> Result<Sky, Box<dyn std::error::Error>> {
+    if let Ok(radiance) = parse_vector(text) {
+        if radiance.min_element() < 0.0 {
+            return Err(format!("--sky {text}: radiance cannot be negative").into());
+        }
+        return Ok(Sky::Constant(radiance));
+    }
+    let picture = Picture::read(Path::new(text)).map_err(|error| {
+        format!("--sky {text} is neither r,g,b nor a picture that can be read: {error}")
+    })?;
+    picture.check_finite().map_err(|error| format!("--sky {text}: {error}"))?;
+    let rgb = picture.rgb.iter().map(|texel| texel.max(Vec3::ZERO)).collect();
+    Ok(Sky::Image { width: picture.width, height: picture.height, rgb })
+}
+
+/// `WxH`.
+#[derive(Clone, Copy, Debug)]
+pub struct SizeSpec(pub UVec2);
+
+/// The longest side; a film of this size squared takes 20 GiB.
+const MAX_SIDE: u32 = 16384;
+
+impl FromStr for SizeSpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once(['x', 'X', '×']);
+        let parsed = numbers.and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+        match parsed {
+            Some((width @ 1..=MAX_SIDE, height @ 1..=MAX_SIDE)) => {
+                Ok(Self(UVec2::new(width, height)))
+            }
+            Some(_) => Err(format!("sides must be 1 to {MAX_SIDE} pixels")),
+            None => Err("expected WIDTHxHEIGHT, like 640x360".into()),
+        }
+    }
+}
+
+/// A light as `--light` describes it.
+#[derive(Clone, Debug)]
+pub struct LightSpec(Light);
+
+impl FromStr for LightSpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = ["kind", "position", "direction", "intensity", "inner", "outer", "range"];
+        let fields = Fields::parse(text, &known)?;
+        let intensity = fields.vector_or("intensity", Vec3::ONE)?;
+        if intensity.min_element() < 0.0 {
+            return Err("intensity cannot be negative".into());
+        }
+        let direction = || {
+            let direction = fields.vector_or("direction", Vec3::NEG_Y)?;
+            direction.try_normalize().ok_or_else(|| String::from("direction cannot be zero"))
+        };
+        let range = match fields.number("range")? {
+            Some(range) if range <= 0.0 => return Err("range must be above 0".into()),
+            range => range,
+        };
+        let kind = fields.0.get("kind").map_or("point", String::as_str);
+        Ok(Self(match kind {
+            "point" => Light::Point { position: fields.vector("position")?, intensity, range },
+            "spot" => {
+                let inner = fields.number_or("inner", 0.0)?;
+                let outer = fields.number_or("outer", 45.0)?;
+                if !(0.0 <= inner && inner < outer && outer <= 90.0) {
+                    return Err(format!(
+                        "needs 0 <= inner < outer <= 90 degrees, not {inner} and {outer}"
+                    ));
+                }
+                Light::Spot {
+                    position: fields.vector("position")?,
+                    direction: direction()?,
+                    intensity,
+                    inner: inner.to_radians(),
+                    outer: outer.to_radians(),
+                    range,
+                }
+            }
+            "directional" => Light::Directional { direction: direction()?, irradiance: intensity },
+            other => return Err(format!("kind={other} is none of point, spot, directional")),
+        }))
+    }
+}
+
+/// `key=value` pairs separated by spaces.
+struct Fields(BTreeMap<String, String>);
+
+impl Fields {
+    fn parse(text: &str, known: &[&str]) -> Result<Self, String> {
+        let mut fields = BTreeMap::new();
+        for word in text.split_whitespace() {
+            let (key, value) = word
+                .split_once('=')
+                .ok_or_else(|| format!("`{word}` is not key=value; keys: {}", known.join(", ")))?;
+            if !known.contains(&key) {
+                return Err(format!("unknown key `{key}`; keys: {}", known.join(", ")));
+            }
+            if fields.insert(key.to_owned(), value.to_owned()).is_some() {
+                return Err(format!("`{key}` is given twice"));
+            }
+        }
+        Ok(Self(fields))
+    }
+
+    fn vector(&self, key: &str) -> Result<Vec3, String> {
+        let value = self.0.get(key).ok_or_else(|| format!("`{key}=x,y,z` is missing"))?;
+        parse_vector(value).map_err(|error| format!("{key}={value}: {error}"))
+    }
+
+    fn vector_or(&self, key: &str, default: Vec3) -> Result<Vec3, String> {
+        if self.0.contains_key(key) { self.vector(key) } else { Ok(default) }
+    }
+
+    fn number(&self, key: &str) -> Result<Option<f32>, String> {
+        let Some(value) = self.0.get(key) else { return Ok(None) };
+        let number: f32 = value.parse().map_err(|_| format!("{key}={value} is not a number"))?;
+        if number.is_finite() {
+            Ok(Some(number))
+        } else {
+            Err(format!("{key}={value} is not finite"))
+        }
+    }
+
+    fn number_or(&self, key: &str, default: f32) -> Result<f32, String> {
+        Ok(self.number(key)?.unwrap_or(default))
+    }
+}
+
+fn parse_vector(text: &str) -> Result<Vec3, String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .map(|number| number.trim().parse().map_err(|_| format!("`{number}` is not a number")))
+        .collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [x, y, z] if x.is_finite() && y.is_finite() && z.is_finite() => Ok(Vec3::new(x, y, z)),
+        [_, _, _] => Err("numbers must be finite".into()),
+        _ => Err(format!("expected three numbers x,y,z, found {}", numbers.len())),
+    }
+}

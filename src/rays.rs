@@ -1,0 +1,108 @@
+//! Many rays at once against a scene: the kernels `rays/nearest_hit` and `rays/any_hit`.
+
+use crate::bindings::baseline::kernels::rays::{any_hit, nearest_hit};
+use crate::gpu::Gpu;
+use crate::gpu_scene::GpuScene;
+use crate::modules::shader_module;
+use wgpu::util::DeviceExt;
+
+pub use crate::bindings::host::rays::{Hit, Ray};
+pub use crate::bindings::host::scene::NONE;
+
+/// What is asked of each ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayQuestion {
+    /// The nearest hit; answers are [`Hit`]s, `triangle` is [`NONE`] for a miss.
+    Nearest,
+    /// Whether anything is hit; answers are u32, 1 or 0.
+    Any,
+}
+
+/// A compiled ray kernel.
+#[derive(Clone, Debug)]
+pub struct RayKernel {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    question: RayQuestion,
+}
+
+impl RayKernel {
+    /// Compiles the kernel for the scene's source of rays.
+    pub fn new(gpu: &Gpu, scene: &GpuScene, question: RayQuestion) -> Self {
+        let device = &gpu.device;
+        let (name, layout, entry) = match question {
+            RayQuestion::Nearest => (
+                "rays/nearest_hit",
+                nearest_hit::WgpuBindGroup1::get_bind_group_layout(device),
+                nearest_hit::ENTRY_MAIN,
+            ),
+            RayQuestion::Any => (
+                "rays/any_hit",
+                any_hit::WgpuBindGroup1::get_bind_group_layout(device),
+                any_hit::ENTRY_MAIN,
+            ),
+        };
+        let module = shader_module(gpu, name, scene.rays());
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(name),
+            bind_group_layouts: &[Some(scene.layout()), Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        Self { pipeline, layout, question }
+    }
+
+    /// Records the rays in as many dispatches as WebGPU's limit on workgroups asks for.
+    ///
+    /// `rays`: `n_rays` [`Ray`]s; `answers`: as many [`Hit`]s or u32; both storage buffers.
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: &GpuScene,
+        rays: &wgpu::Buffer,
+        answers: &wgpu::Buffer,
+        n_rays: u32,
+        timestamps: Option<wgpu::ComputePassTimestampWrites>,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("rays"),
+            timestamp_writes: timestamps,
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, scene.bind_group(), &[]);
+        let group = match self.question {
+            RayQuestion::Nearest => nearest_hit::WORKGROUP,
+            RayQuestion::Any => any_hit::WORKGROUP,
+        };
+        let per_dispatch = group * gpu.device.limits().max_compute_workgroups_per_dimension;
+        for first in (0..n_rays).step_by(per_dispatch as usize) {
+            // Both kernels have the same bindings.
+            let batch = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("ray batch"),
+                contents: bytemuck::bytes_of(&nearest_hit::BatchInfo { n_rays, first }),
+                usage: wgpu::BufferUsages::UNIFORM,
+            });
+            let entries =
+                nearest_hit::WgpuBindGroup1Entries::new(nearest_hit::WgpuBindGroup1EntriesParams {
+                    batch: batch.as_entire_buffer_binding(),
+                    rays: rays.as_entire_buffer_binding(),
+                    hits: answers.as_entire_buffer_binding(),
+                });
+            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("rays"),
+                layout: &self.layout,
+                entries: &entries.into_array(),
+            });
+            pass.set_bind_group(1, &bind_group, &[]);
+            pass.dispatch_workgroups((n_rays - first).min(per_dispatch).div_ceil(group), 1, 1);
+        }
+    }
+}
