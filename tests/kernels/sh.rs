@@ -958,7 +958,7 @@ fn dominant_light_is_found() {
     for d in directions(10_000, 10) {
         let d = d.as_dvec3().normalize();
         let [colour, other] = coefficients::<2>(&mut random).map(|c| vector(c).abs() + 0.01);
-        let other = if lights.len() % 2 == 0 { DVec3::ZERO } else { other };
+        let other = if lights.len().is_multiple_of(2) { DVec3::ZERO } else { other };
         lights.push([(d, colour), (random.direction().as_dvec3().normalize(), other)]);
     }
     let inputs: Vec<[Slot; 9]> = lights
