@@ -2,7 +2,7 @@
 //! Convolution with the clamped cosine lobe: irradiance of distant radiance.
 //!
 //! R. Ramamoorthi and P. Hanrahan, "An Efficient Representation for Irradiance Environment Maps",
-//! SIGGRAPH 2001, equations 7 to 9: E(n) = ∫ L(ω) max(0, n·ω) dω = Σ A(l) c(l, m) Y(l, m)(n).
+//! SIGGRAPH 2001: E(n) = ∫ L(ω) max(0, n·ω) dω = Σ A(l) c(l, m) Y(l, m)(n).
 //! Order 2 holds 99 % of the lobe's energy. The worst case is a single distant light, where order 2 is
 //! off by up to 9.4 % of the irradiance that faces the light (at grazing incidence), order 1 by 25 %;
 //! both may be negative (order 1 by those 25 %).
