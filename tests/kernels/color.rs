@@ -57,8 +57,8 @@ fn transfer_inputs() -> Vec<Vec4> {
     inputs
 }
 
-/// Relative to the result, or to the line's smallest normal. WGSL allows log2 3 ulp (2⁻²¹ absolute near
-/// 1) and exp2 (3 + 2|x|) ulp. Encoding: exponents reach −3.5, and the subtraction of 0.055
+/// Relative to the result. WGSL allows log2 an error of 3 ulp (2⁻²¹ absolute close to 1), and exp2
+/// one of 3 + 2|x| ulp. Encoding: exponents reach −3.5, and the subtraction of 0.055
 /// magnifies 2.2e-6 by at most 2.4; decoding: exponents reach −8.3, 4.8e-6. Beyond 1: the same
 /// scale. 6e-6 covers both.
 #[test]

@@ -2,7 +2,7 @@
 //! Exposure: the factor between scene-referred and display-referred linear light.
 //!
 //! EV100 as in S. Lagarde and C. de Rousiers, "Moving Frostbite to Physically Based Rendering",
-//! course notes 2014, 5.1.1: ISO 12232:2006 with the reflected-light meter constant K = 12.5 and
+//! SIGGRAPH course notes 2014: ISO 12232:2006 with the reflected-light meter constant K = 12.5 and
 //! lens attenuation q = 0.65.
 #define_import_path lucerna::color::exposure
 
@@ -17,7 +17,7 @@ fn ev_from_luminance(luminance: f32) -> f32 {
 }
 
 /// The factor that brings the sensor's saturation luminance at an EV100, 1.2 · 2^EV100 cd/m²
-/// (78 / (100 · 0.65) of 2^EV100), to 1.
+/// (78 / (100 · q) times 2^EV100), to 1.
 fn saturation_exposure(ev: f32) -> f32 {
     return exp2(-ev) / 1.2;
 }

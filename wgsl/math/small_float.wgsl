@@ -3,7 +3,8 @@
 //! `rg11b10ufloat`).
 //!
 //! Each has 5 bits of exponent (bias 15), no sign, and 6 (x, y) or 5 (z) bits of mantissa; x in
-//! bits 0–10, y in 11–21, z in 22–31. Khronos Data Format Specification 1.3, 10.3 and 10.4.
+//! bits 0–10, y in 11–21, z in 22–31. Khronos Data Format Specification 1.3, "Unsigned 11-bit" and
+//! "Unsigned 10-bit floating-point numbers".
 //! 0x781e03c0 holds (1, 1, 1), for example.
 #define_import_path lucerna::math::small_float
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Real orthonormal spherical harmonics (SH), bands l = 0 … 7.
 //!
-//! P.-P. Sloan, "Stupid Spherical Harmonics (SH) Tricks", GDC 2008, appendix A1, without its
-//! signs: there is no Condon–Shortley phase here. "Order l" has (l + 1)² functions, index
+//! P.-P. Sloan, "Stupid Spherical Harmonics (SH) Tricks", GDC 2008, appendices, without the
+//! signs there: there is no Condon–Shortley phase here. "Order l" has (l + 1)² functions, index
 //! l(l + 1) + m, and ∫ Yᵢ Yⱼ dω = δᵢⱼ over the sphere. The axes are the world's; with
 //! (x, y, z) = (sin θ cos φ, sin θ sin φ, cos θ),
 //!

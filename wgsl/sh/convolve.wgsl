@@ -2,7 +2,7 @@
 //! Convolution with the clamped cosine lobe: irradiance of distant radiance.
 //!
 //! R. Ramamoorthi and P. Hanrahan, "An Efficient Representation for Irradiance Environment Maps",
-//! SIGGRAPH 2001, equations 7 to 9: E(n) = ∫ L(ω) max(0, n·ω) dω = Σ A(l) c(l, m) Y(l, m)(n).
+//! SIGGRAPH 2001: E(n) = ∫ L(ω) max(0, n·ω) dω = Σ A(l) c(l, m) Y(l, m)(n).
 //! Order 2 holds 99 % of the lobe's energy. The worst case is a single distant light, where order 2 is
 //! off by up to 9.4 % of the irradiance that faces the light (at grazing incidence), order 1 by 25 %;
 //! both may be negative (order 1 by those 25 %).
@@ -67,11 +67,10 @@ fn sh2_convolve_cosine(radiance: array<vec3<f32>, 9>) -> array<vec3<f32>, 9> {
     return c;
 }
 
-/// Coefficients of irradiance from those of radiance, order 7.
-fn sh_convolve_cosine(radiance: array<vec3<f32>, 64>) -> array<vec3<f32>, 64> {
-    var c = radiance;
+/// Coefficients of irradiance from those of radiance, order 7, in place (64 colours are dear to
+/// copy).
+fn sh_convolve_cosine(coefficients: ptr<function, array<vec3<f32>, 64>>) {
     for (var ix = 0u; ix < 64u; ix++) {
-        c[ix] *= sh_cosine_factor(sh_band(ix));
+        (*coefficients)[ix] *= sh_cosine_factor(sh_band(ix));
     }
-    return c;
 }

@@ -24,13 +24,17 @@ fn sh2_evaluate(coefficients: array<vec3<f32>, 9>, direction: vec3<f32>) -> vec3
     return sum;
 }
 
-/// Σ cⱼ Yⱼ of order 7 at a unit direction, in the coefficients' units.
-fn sh_evaluate(coefficients: array<vec3<f32>, 64>, direction: vec3<f32>) -> vec3<f32> {
-    var c = coefficients;
+/// Σ cⱼ Yⱼ of order 7 at a unit direction, in the coefficients' units. By pointer, for 64 colours
+/// are dear to copy (and slow to compile); coefficients in storage buffers are best summed there,
+/// over `sh_basis`.
+fn sh_evaluate(
+    coefficients: ptr<function, array<vec3<f32>, 64>>,
+    direction: vec3<f32>,
+) -> vec3<f32> {
     var y = sh_basis(direction);
     var sum = vec3<f32>(0.0);
     for (var ix = 0u; ix < 64u; ix++) {
-        sum += c[ix] * y[ix];
+        sum += (*coefficients)[ix] * y[ix];
     }
     return sum;
 }
