@@ -32,7 +32,7 @@ struct Surface {
     double_sided: bool,
 }
 
-
+/// Linear RGBA in 0..1 of four 16-bit unorms: red and green, then blue and alpha, low halves first.
 fn corner_color(packed: vec2<u32>) -> vec4<f32> {
     return vec4<f32>(unpack2x16unorm(packed.x), unpack2x16unorm(packed.y));
 }

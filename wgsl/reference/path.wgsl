@@ -103,6 +103,7 @@ fn start_path(camera: Camera, settings: PathSettings, pixel: vec2<u32>, sample_i
     return Path(ray.origin, ray.direction, vec3<f32>(1.0), 0.0, 0u, none, none, none);
 }
 
+/// The stream of random numbers of a pixel: its index in rows, and the seed.
 fn stream_of(settings: PathSettings, pixel: vec2<u32>) -> vec2<u32> {
     return vec2<u32>(pixel.y * settings.size.x + pixel.x, settings.seed);
 }
