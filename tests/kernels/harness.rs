@@ -9,15 +9,40 @@ use wgpu::util::DeviceExt;
 /// What outputs hold before a run: no kernel writes it by chance.
 const POISON: u32 = 0xdead_beef;
 
-/// The test process's device.
+/// The test process's device. A test that gets none fails: there is no skipping.
 pub fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(|| {
-        let choice = AdapterChoice::Auto;
-        let (gpu, info) = pollster::block_on(Gpu::open(&choice)).expect("tests need an adapter");
-        eprintln!("adapter: {} ({:?}, {})", info.name, info.backend, info.driver_info);
-        gpu
+    GPU.get_or_init(|| match pollster::block_on(Gpu::open(&AdapterChoice::Auto)) {
+        Ok((gpu, info)) => {
+            eprintln!("adapter: {} ({:?}, {})", info.name, info.backend, info.driver_info);
+            gpu
+        }
+        Err(error) => {
+            eprintln!("\n!!! NO ADAPTER: THE KERNELS WERE NOT TESTED\n");
+            let required =
+                if is_set("LUCERNA_REQUIRE_ADAPTER") { " (and is required)" } else { "" };
+            panic!("a test needs an adapter{required}: {error}");
+        }
     })
+}
+
+/// The device if it has ray queries. Without them a test says so loudly and returns, unless
+/// `LUCERNA_REQUIRE_RAY_QUERY=1`: then it fails. Names of such tests contain `ray_query`.
+pub fn ray_query_gpu() -> Option<&'static Gpu> {
+    let gpu = gpu();
+    if gpu.has_ray_query() {
+        return Some(gpu);
+    }
+    assert!(
+        !is_set("LUCERNA_REQUIRE_RAY_QUERY"),
+        "LUCERNA_REQUIRE_RAY_QUERY is set, and this adapter has no ray queries"
+    );
+    eprintln!("\n!!! RAY QUERY TESTS DID NOT RUN: this adapter has no ray queries\n");
+    None
+}
+
+fn is_set(variable: &str) -> bool {
+    std::env::var(variable).is_ok_and(|value| !value.is_empty() && value != "0")
 }
 
 /// Calls the WGSL function `map` once for each input.

@@ -10,3 +10,4 @@ mod rays;
 mod sampling;
 mod sh;
 mod statistics;
+mod texture_oracle;

@@ -14,7 +14,7 @@
 #import lucerna::geometry::ray_triangle::{ShearedRay, shear_ray, intersect_triangle}
 #import lucerna::host::scene::{triangles, scene, NONE, TRIANGLE_ALPHA_TESTED}
 #import lucerna::host::surface::is_cut_away
-#import lucerna::math::constants::UNIT_ROUNDOFF
+#import lucerna::math::constants::{FLOAT_MAX, UNIT_ROUNDOFF}
 
 /// Points `origin + t·direction` with t in the open interval (t_min, t_max).
 struct Ray {
@@ -164,7 +164,8 @@ fn hit_is_miss(hit: Hit) -> bool {
 fn traverse(ray: Ray, first_will_do: bool) -> Hit {
     let boxes = box_ray(ray);
     let sheared = shear_ray(ray.origin, ray.direction);
-    var hit = Hit(ray.t_max, NONE, vec2<f32>(0.0));
+    // A triangle that is missed reports FLOAT_MAX, which must not be nearer than the ray's end.
+    var hit = Hit(min(ray.t_max, FLOAT_MAX), NONE, vec2<f32>(0.0));
     if scene.n_triangles == 0u {
         return hit;
     }
