@@ -7,10 +7,10 @@
 
 #import lucerna::geometry::barycentric::interpolate_vec3
 #import lucerna::geometry::ray_offset::{interpolation_error, offset_ray_origin}
-#import lucerna::host::scene::{scene, triangles, lights, materials, NONE, MATERIAL_DOUBLE_SIDED}
+#import lucerna::host::scene::{scene, triangles, lights, materials, NONE, MATERIAL_DOUBLE_SIDED, TRIANGLE_ALPHA_TESTED}
 #import lucerna::host::scene::{LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL, LIGHT_TRIANGLE, LIGHT_SKY}
 #import lucerna::host::sky::{sample_sky, pdf_sky}
-#import lucerna::host::surface::emission_at
+#import lucerna::host::surface::{emission_at, is_cut_away}
 #import lucerna::light::punctual::{PunctualSample, sample_point_light, sample_spot_light, sample_directional_light}
 #import lucerna::light::triangle::{sample_triangle_light, pdf_triangle_light, triangle_area_vector}
 #import lucerna::math::constants::FLOAT_MAX
@@ -86,6 +86,10 @@ fn sample_emitter(triangle_ix: u32, at: vec3<f32>, u: vec2<f32>, probability: f3
     let c = triangles[triangle_ix].corner_c;
     let drawn = sample_triangle_light(a, b, c, at, u);
     var out = LightSample(drawn.to_light, drawn.distance, at, drawn.pdf * probability, vec3<f32>(0.0));
+    let is_masked = (triangles[triangle_ix].flags & TRIANGLE_ALPHA_TESTED) != 0u;
+    if is_masked && is_cut_away(triangle_ix, drawn.barycentrics) {
+        return out;
+    }
     let double_sided = (materials[triangles[triangle_ix].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
     if out.pdf > 0.0 && (drawn.cosine > 0.0 || double_sided) {
         out.weight = emission_at(triangle_ix, drawn.barycentrics) / out.pdf;
