@@ -132,7 +132,8 @@ fn emission_leaves_the_front_unless_double_sided() {
     assert!(seen.rgb.iter().all(|&pixel| pixel == Vec3::ZERO), "the back is seen shining");
 }
 
-/// The texture leaves the half u < 0.5 lit, at sRGB 188 of 255: 0.50289 of the light.
+/// The texture leaves the half u < 0.5 lit, at sRGB 188 of 255: 0.50289 of the light. (lavapipe decodes
+/// it 0.1 % off, which the tolerance holds as well.)
 #[test]
 fn emission_texture_shapes_the_light() {
     let mut world = under_lamp(emitter(RADIANCE));
@@ -187,7 +188,7 @@ fn indirect_light_needs_two_reflections() {
 /// from above, holes show the floor.
 fn masked_shadow(rays: RaySource) {
     let n = 8u32;
-    let is_solid = |x: u32, z: u32| (x + z + x / 4) % 2 == 0;
+    let is_solid = |x: u32, z: u32| (x + z + x / 4).is_multiple_of(2);
     let texels: Vec<[u8; 4]> = (0..n * n)
         .map(|ix| [255, 255, 255, if is_solid(ix % n, ix / n) { 255 } else { 0 }])
         .collect();

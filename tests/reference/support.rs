@@ -218,7 +218,12 @@ impl Estimate {
             // NaN is the worst of all.
             for c in 0..3 {
                 let off = (found[c] - truth[c]).abs() / (sigma[c] + floor / 6.0);
-                if !(off <= worst) {
+                let off = match found[c] == truth[c] {
+                    true => 0.0,
+                    false if off.is_nan() => f64::INFINITY,
+                    false => off,
+                };
+                if off > worst {
                     (worst, worst_ix) = (off, ix);
                 }
             }
