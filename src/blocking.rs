@@ -155,7 +155,7 @@ pub fn render_reference(
                 // At most eight times as much as the last: the first dispatch also compiles.
                 let ideal =
                     samples as f64 * DISPATCH_TIME.as_secs_f64() / begun.elapsed().as_secs_f64();
-                budget = ideal.clamp(1024.0, samples as f64 * 8.0);
+                budget = ideal.min(samples as f64 * 8.0).max(1024.0);
                 if !keep_going(Progress { done, total }) && done < total {
                     stats.stopped = true;
                     break 'samples;

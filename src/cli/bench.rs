@@ -5,7 +5,7 @@ mod reference;
 mod room;
 
 use super::CommandResult;
-use super::scene_args::AdapterArguments;
+use super::scene_args::{AdapterArguments, CameraChoice};
 use clap::Args;
 use serde_json::Value;
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ pub struct BenchArguments {
     scene: Option<PathBuf>,
     /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
     #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
-    camera: Option<String>,
+    camera: Option<CameraChoice>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -48,12 +48,12 @@ struct Row {
 
 pub fn bench(arguments: &BenchArguments) -> CommandResult {
     if cfg!(debug_assertions) {
-        eprintln!("note: this is a debug build; the CPU side is slower than in a release build");
+        errln!("note: this is a debug build; the CPU side is slower than in a release build");
     }
     let wants = |group| arguments.group.is_none_or(|wanted| wanted == group);
     let (gpu, info, source) = arguments.adapter.open()?;
     let (scene, camera) = match &arguments.scene {
-        Some(file) => super::scene_args::load_with_camera(file, arguments.camera.as_deref())?,
+        Some(file) => super::scene_args::load_with_camera(file, arguments.camera.as_ref())?,
         None => room::room(),
     };
     let mut groups = Vec::new();
@@ -69,17 +69,17 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
             "driver": info.driver_info,
             "groups": groups.iter().map(|(name, rows)| ((*name).to_owned(), rows_json(rows))).collect::<serde_json::Map<_, _>>(),
         });
-        println!("{}", serde_json::to_string_pretty(&json)?);
+        outln!("{}", serde_json::to_string_pretty(&json)?)?;
         return Ok(());
     }
     for (name, rows) in &groups {
-        println!("{name}");
+        outln!("{name}")?;
         for row in rows {
             let ratio = match row.ratio {
                 Some((ratio, baseline)) => format!("{ratio:>8.2} x {baseline}"),
                 None => String::new(),
             };
-            println!("  {:<44} {:>10.3} {:<16} {ratio}", row.name, row.value, row.unit);
+            outln!("  {:<44} {:>10.3} {:<16} {ratio}", row.name, row.value, row.unit)?;
         }
     }
     Ok(())

@@ -17,7 +17,7 @@ pub struct CompareArguments {
     #[arg(long)]
     json: bool,
     /// Write the FLIP error map.
-    #[arg(long, value_name = "OUT.png")]
+    #[arg(long, value_name = "OUT.png", value_parser = super::render::parse_output)]
     diff: Option<PathBuf>,
 }
 
@@ -29,23 +29,23 @@ pub fn compare(arguments: &CompareArguments) -> CommandResult {
         difference_picture(&test, &reference)?.write(file, &PngOptions::default())?;
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&result.to_json())?);
+        outln!("{}", serde_json::to_string_pretty(&result.to_json())?)?;
         return Ok(());
     }
     let triple = |v: [f64; 3]| format!("{:.6} {:.6} {:.6}", v[0], v[1], v[2]);
-    println!("size                 {} x {}", result.width, result.height);
-    println!("mean of test         {}", triple(result.mean_test));
-    println!("mean of reference    {}", triple(result.mean_reference));
-    println!("mean ratio           {}", triple(result.mean_ratio));
-    println!("MSE                  {:.6e}", result.mse);
-    println!("RMSE                 {:.6e}", result.rmse);
-    println!("relative RMSE        {:.6}", result.relative_rmse);
-    println!("PSNR                 {:.3} dB", result.psnr_db);
+    outln!("size                 {} x {}", result.width, result.height)?;
+    outln!("mean of test         {}", triple(result.mean_test))?;
+    outln!("mean of reference    {}", triple(result.mean_reference))?;
+    outln!("mean ratio           {}", triple(result.mean_ratio))?;
+    outln!("MSE                  {:.6e}", result.mse)?;
+    outln!("RMSE                 {:.6e}", result.rmse)?;
+    outln!("relative RMSE        {:.6}", result.relative_rmse)?;
+    outln!("PSNR                 {:.3} dB", result.psnr_db)?;
     match result.ssim {
-        Some(ssim) => println!("SSIM                 {ssim:.6}"),
-        None => println!("SSIM                 - (needs 11 x 11 pixels)"),
+        Some(ssim) => outln!("SSIM                 {ssim:.6}")?,
+        None => outln!("SSIM                 - (needs 11 x 11 pixels)")?,
     }
-    println!("mean L* error        {:.4}", result.mean_lightness_error);
-    println!("mean FLIP            {:.6}", result.mean_flip);
+    outln!("mean L* error        {:.4}", result.mean_lightness_error)?;
+    outln!("mean FLIP            {:.6}", result.mean_flip)?;
     Ok(())
 }

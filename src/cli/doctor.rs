@@ -13,38 +13,41 @@ pub fn doctor() -> CommandResult {
         let limits = adapter.limits();
         let features = adapter.features();
         let taken = if ix == 0 { " (taken by --adapter auto)" } else { "" };
-        println!("{}{taken}", info.name);
-        println!(
+        outln!("{}{taken}", info.name)?;
+        outln!(
             "  {:?}, {}, driver {} {}",
-            info.device_type, info.backend, info.driver, info.driver_info
-        );
+            info.device_type,
+            info.backend,
+            info.driver,
+            info.driver_info
+        )?;
         let mib = |bytes: u64| bytes / (1 << 20);
-        println!(
+        outln!(
             "  one storage binding: {} MiB; one buffer: {} MiB; texture side: {}",
             mib(limits.max_storage_buffer_binding_size),
             mib(limits.max_buffer_size),
             limits.max_texture_dimension_2d
-        );
+        )?;
         let missing = missing_limits(&limits);
         if missing.is_empty() {
-            println!("  baseline kernels: yes");
+            outln!("  baseline kernels: yes")?;
         } else {
-            println!(
+            outln!(
                 "  baseline kernels: no, below WebGPU's default limits: {}",
                 missing.join(", ")
-            );
+            )?;
         }
         let answer = |feature, reason: &str| {
             if features.contains(feature) { String::from("yes") } else { format!("no, {reason}") }
         };
-        println!(
+        outln!(
             "  ray_query kernels: {}",
             answer(wgpu::Features::EXPERIMENTAL_RAY_QUERY, "the driver has no ray queries")
-        );
-        println!(
+        )?;
+        outln!(
             "  timings per pass: {}",
             answer(wgpu::Features::TIMESTAMP_QUERY, "the driver has no timestamps")
-        );
+        )?;
     }
     Ok(())
 }

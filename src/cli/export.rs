@@ -39,9 +39,10 @@ pub fn export(arguments: &ExportArguments) -> CommandResult {
             continue;
         }
         let Some(wgsl) = kernel.composed else {
-            eprintln!(
+            errln!(
                 "note: {} ({}) is left out: naga does not write ray queries as WGSL",
-                kernel.name, kernel.variant
+                kernel.name,
+                kernel.variant
             );
             continue;
         };
@@ -53,7 +54,7 @@ pub fn export(arguments: &ExportArguments) -> CommandResult {
             writer.write_all(wgsl.as_bytes())
         })
         .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
-        println!("{}", file.display());
+        outln!("{}", file.display())?;
     }
     Ok(())
 }

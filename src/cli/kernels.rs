@@ -3,6 +3,7 @@
 use super::CommandResult;
 use clap::Args;
 use lucerna::Kernel;
+use std::io::Write;
 
 /// `lucerna kernels`.
 #[derive(Args, Clone, Debug)]
@@ -20,18 +21,18 @@ pub struct KernelsArguments {
 pub fn kernels(arguments: &KernelsArguments) -> CommandResult {
     if arguments.modules {
         for module in lucerna::modules().iter().filter(|module| module.variant.is_empty()) {
-            println!("{:<40} {}", module.import_path, module.file);
+            outln!("{:<40} {}", module.import_path, module.file)?;
         }
         return Ok(());
     }
     let Some(name) = &arguments.name else {
-        println!("{:<28} {:<10} {:>14}  bindings", "kernel", "variant", "workgroup");
+        outln!("{:<28} {:<10} {:>14}  bindings", "kernel", "variant", "workgroup")?;
         for kernel in lucerna::kernels() {
             let sizes: Vec<_> =
                 kernel.entry_points.iter().map(|e| join(e.workgroup_size)).collect();
             let variant = if kernel.variant.is_empty() { "baseline" } else { kernel.variant };
             let n = kernel.bindings.len();
-            println!("{:<28} {variant:<10} {:>14}  {n}", kernel.name, sizes.join(" "));
+            outln!("{:<28} {variant:<10} {:>14}  {n}", kernel.name, sizes.join(" "))?;
         }
         return Ok(());
     };
@@ -43,11 +44,11 @@ pub fn kernels(arguments: &KernelsArguments) -> CommandResult {
         return Err(format!("no kernel `{name}`; there is {names}").into());
     };
     if arguments.wgsl {
-        print!("{}", first.composed.unwrap_or(first.source));
-        return Ok(());
+        let text = first.composed.unwrap_or(first.source);
+        return Ok(std::io::stdout().write_all(text.as_bytes())?);
     }
     for kernel in found {
-        describe(kernel);
+        describe(kernel)?;
     }
     Ok(())
 }
@@ -56,37 +57,40 @@ fn join(size: [u32; 3]) -> String {
     size.map(|n| n.to_string()).join("x")
 }
 
-fn describe(kernel: &Kernel) {
+fn describe(kernel: &Kernel) -> std::io::Result<()> {
     let variant = if kernel.variant.is_empty() { "baseline" } else { kernel.variant };
-    println!("{} ({variant})\n  file: {}", kernel.name, kernel.file);
+    outln!("{} ({variant})\n  file: {}", kernel.name, kernel.file)?;
     // The header's //! lines say what the kernel does.
     for line in kernel.source.lines().filter_map(|line| line.strip_prefix("//!")) {
-        println!("  {}", line.trim());
+        outln!("  {}", line.trim())?;
     }
     for entry in kernel.entry_points {
-        println!(
+        outln!(
             "  entry point: {} ({}), workgroup {}",
             entry.name,
             entry.stage,
             join(entry.workgroup_size)
-        );
+        )?;
     }
     let resources = &kernel.resources;
-    println!(
+    outln!(
         "  uses: {} of 8 storage buffers ({} of the host seam), {} textures, {} storage textures, {} bytes of workgroup memory",
         resources.storage_buffers,
         resources.seam_storage_buffers,
         resources.sampled_textures,
         resources.storage_textures,
         resources.workgroup_bytes
-    );
-    println!("  imports: {}", kernel.imports.join(", "));
-    println!("  bindings:");
+    )?;
+    outln!("  imports: {}", kernel.imports.join(", "))?;
+    outln!("  bindings:")?;
     for binding in kernel.bindings {
-        println!(
+        outln!(
             "    @group({}) @binding({}) {}: {}",
-            binding.group, binding.binding, binding.name, binding.kind
-        );
+            binding.group,
+            binding.binding,
+            binding.name,
+            binding.kind
+        )?;
     }
-    println!();
+    outln!()
 }

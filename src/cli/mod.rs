@@ -1,5 +1,21 @@
 //! The command line: arguments, and one file for each command.
 
+/// `println!` that returns an error where that panics: when the reader has gone away.
+macro_rules! outln {
+    ($($argument:tt)*) => {{
+        use std::io::Write as _;
+        writeln!(std::io::stdout(), $($argument)*)
+    }};
+}
+
+/// `eprintln!` that goes on where that panics: a closed terminal must not cost a rendering.
+macro_rules! errln {
+    ($($argument:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($argument)*);
+    }};
+}
+
 mod bench;
 mod compare;
 mod doctor;
@@ -66,14 +82,16 @@ pub fn run() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        // `lucerna kernels | head`: the reader has seen enough.
+        Err(error) if is_broken_pipe(error.as_ref()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            errln!("error: {error}");
             let mut cause = error.source();
             let mut last = error.to_string();
             while let Some(error) = cause {
                 // Many errors already name their cause.
                 if !last.contains(&error.to_string()) {
-                    eprintln!("  because: {error}");
+                    errln!("  because: {error}");
                 }
                 last = error.to_string();
                 cause = error.source();
@@ -81,4 +99,11 @@ pub fn run() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Whether the error is that of writing to standard output. (Errors of files carry the file's name, and
+/// are of other types.)
+fn is_broken_pipe(error: &(dyn std::error::Error + 'static)) -> bool {
+    let error = error.downcast_ref::<std::io::Error>();
+    error.is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
 }

@@ -32,7 +32,7 @@ impl Meter {
             bar.set_position(done);
         } else if self.last_line.elapsed() >= LINE_INTERVAL {
             self.last_line = Instant::now();
-            eprintln!("{}: {:.0} %", self.name, 100.0 * done as f64 / total.max(1) as f64);
+            errln!("{}: {:.0} %", self.name, 100.0 * done as f64 / total.max(1) as f64);
         }
     }
 

@@ -36,7 +36,7 @@ pub struct OutputArguments {
     timings: Option<PathBuf>,
 }
 
-fn parse_output(text: &str) -> Result<PathBuf, String> {
+pub fn parse_output(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref() {
         Some("png" | "exr" | "hdr") => Ok(path),
@@ -154,17 +154,20 @@ fn trace(
 ) -> CommandResult {
     // A long rendering must not end at a folder that is not there.
     check_writable(&output.output)?;
+    if let Some(file) = &output.timings {
+        check_writable(file)?;
+    }
     let diffuse_only = scene.diffuse;
     let Prepared { scene, camera, size } = scene.prepare()?;
     let (gpu, info, rays) = adapter.open()?;
     let gpu_scene = GpuScene::new(&gpu, &scene, GpuSceneOptions { diffuse_only, rays })?;
     if gpu_scene.skipped_triangles() > 0 {
-        eprintln!(
+        errln!(
             "warning: {} triangles have no area or lie too far away and are left out",
             gpu_scene.skipped_triangles()
         );
     }
-    eprintln!("scene: {} triangles, {} lights", gpu_scene.n_triangles(), gpu_scene.n_lights());
+    errln!("scene: {} triangles, {} lights", gpu_scene.n_triangles(), gpu_scene.n_lights());
     let settings = ReferenceSettings {
         size,
         n_bounces,
@@ -190,7 +193,7 @@ fn trace(
     let sums = read_film(&gpu, &film)?;
     let rejected: u64 = sums.iter().map(|pixel| u64::from(pixel.n_rejected)).sum();
     if rejected > 0 {
-        eprintln!("warning: {rejected} samples were not finite and were left out");
+        errln!("warning: {rejected} samples were not finite and were left out");
     }
     let picture = resolve(&sums, size, output.channel.into());
     let picture = for_file(picture, output);
@@ -200,13 +203,13 @@ fn trace(
         write_timings(file, &info, rays, &stats)?;
     }
     if stats.stopped {
-        eprintln!(
+        errln!(
             "stopped: every pixel has {} of {n_samples} samples, some one batch more",
             stats.n_samples
         );
     }
-    eprintln!("rendered in {:.2} s", stats.wall_time.as_secs_f64());
-    println!("{}", output.output.display());
+    errln!("rendered in {:.2} s", stats.wall_time.as_secs_f64());
+    outln!("{}", output.output.display())?;
     Ok(())
 }
 
@@ -236,7 +239,7 @@ fn for_file(
     picture
 }
 
-/// Fails early where the output's folder is missing or is no folder.
+/// Fails early where the output's folder is missing, is no folder, or takes no files.
 fn check_writable(output: &Path) -> CommandResult {
     let folder = match output.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -253,6 +256,17 @@ fn check_writable(output: &Path) -> CommandResult {
         )
         .into());
     }
+    // Only trying tells: permissions, read-only disks and special folders differ by system.
+    let probe = folder.join(format!(".lucerna-{}.tmp", std::process::id()));
+    std::fs::File::create_new(&probe).and_then(|_| std::fs::remove_file(&probe)).map_err(
+        |error| {
+            format!(
+                "cannot write {}: {} takes no files: {error}",
+                output.display(),
+                folder.display()
+            )
+        },
+    )?;
     Ok(())
 }
 

@@ -17,7 +17,7 @@ pub struct SceneArguments {
     pub scene: PathBuf,
     /// A camera of the file by name, or "eye=x,y,z target=x,y,z fov=DEG" (vertical field of view).
     #[arg(long, value_name = "NAME|SPEC")]
-    camera: Option<String>,
+    camera: Option<CameraChoice>,
     /// Add a light: "kind=point|spot|directional position=x,y,z direction=x,y,z intensity=r,g,b
     /// inner=DEG outer=DEG range=M". Repeatable.
     #[arg(long, value_name = "SPEC")]
@@ -27,7 +27,7 @@ pub struct SceneArguments {
     no_scene_lights: bool,
     /// Radiance from all around: r,g,b or an equirectangular .hdr, .exr, .png, .jpg.
     #[arg(long, value_name = "R,G,B|FILE")]
-    sky: Option<String>,
+    sky: Option<SkySpec>,
     /// Picture size in pixels.
     #[arg(long, value_name = "WxH", default_value = "640x360")]
     size: SizeSpec,
@@ -71,7 +71,7 @@ impl AdapterArguments {
             RaySource::RayQuery => "ray queries",
         };
         let software = if real { "" } else { ", software" };
-        eprintln!("adapter: {} ({}{software}); rays: {tracing}", info.name, info.backend);
+        errln!("adapter: {} ({}{software}); rays: {tracing}", info.name, info.backend);
         Ok((gpu, info, rays))
     }
 }
@@ -88,7 +88,7 @@ impl SceneArguments {
     pub fn prepare(&self) -> Result<Prepared, Box<dyn std::error::Error>> {
         let loaded = Scene::load(&self.scene, &LoadLimits::default())?;
         for warning in &loaded.warnings {
-            eprintln!("warning: {warning}");
+            errln!("warning: {warning}");
         }
         let mut scene = loaded.scene;
         if self.no_scene_lights {
@@ -101,12 +101,12 @@ impl SceneArguments {
         let emits = scene.materials.iter().any(|material| material.emission != Vec3::ZERO);
         let dark = matches!(scene.sky, Sky::Constant(Vec3::ZERO));
         if scene.lights.is_empty() && !emits && dark && self.sky.is_none() {
-            eprintln!(
+            errln!(
                 "note: the scene has no light; using a white sky of radiance 1 (--sky, --light)"
             );
             scene.sky = Sky::Constant(Vec3::ONE);
         }
-        let camera = find_camera(&self.scene, &scene, self.camera.as_deref(), self.size.0)?;
+        let camera = find_camera(&self.scene, &scene, self.camera.as_ref(), self.size.0)?;
         Ok(Prepared { scene, camera, size: self.size.0 })
     }
 }
@@ -114,7 +114,7 @@ impl SceneArguments {
 /// A scene file as it is, with one of its cameras or a described one.
 pub fn load_with_camera(
     file: &Path,
-    wanted: Option<&str>,
+    wanted: Option<&CameraChoice>,
 ) -> Result<(Scene, Camera), Box<dyn std::error::Error>> {
     let scene = Scene::load(file, &LoadLimits::default())?.scene;
     let camera = find_camera(file, &scene, wanted, UVec2::ONE)?;
@@ -124,21 +124,21 @@ pub fn load_with_camera(
 fn find_camera(
     file: &Path,
     scene: &Scene,
-    wanted: Option<&str>,
+    wanted: Option<&CameraChoice>,
     size: UVec2,
 ) -> Result<Camera, Box<dyn std::error::Error>> {
     let Some(wanted) = wanted else {
         if let Some(camera) = scene.cameras.first() {
             return Ok(camera.clone());
         }
-        eprintln!("note: the scene has no camera; looking at all of it (--camera)");
+        errln!("note: the scene has no camera; looking at all of it (--camera)");
         return Ok(camera_around(scene, size));
     };
-    if let Some(camera) = scene.cameras.iter().find(|camera| camera.name == wanted) {
+    if let Some(camera) = scene.cameras.iter().find(|camera| camera.name == wanted.text) {
         return Ok(camera.clone());
     }
-    if wanted.contains('=') {
-        return Ok(parse_camera(wanted)?);
+    if let Some(camera) = &wanted.described {
+        return Ok(camera.clone());
     }
     let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     let there = if names.is_empty() {
@@ -147,7 +147,8 @@ fn find_camera(
         format!("the file has {}", names.join(", "))
     };
     Err(format!(
-        "no camera `{wanted}` in {}: {there}; or give \"eye=x,y,z target=x,y,z fov=DEG\"",
+        "no camera `{}` in {}: {there}; or give \"eye=x,y,z target=x,y,z fov=DEG\"",
+        wanted.text,
         file.display()
     )
     .into())
@@ -184,30 +185,73 @@ fn look_at(name: &str, eye: Vec3, target: Vec3, vertical_fov: f32) -> Camera {
     }
 }
 
+/// A camera of the file by name, or one that is described.
+#[derive(Clone, Debug)]
+pub struct CameraChoice {
+    text: String,
+    described: Option<Camera>,
+}
+
+const CAMERA_KEYS: [&str; 3] = ["eye", "target", "fov"];
+
+impl FromStr for CameraChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        // A name may hold any character, but hardly one of these keys.
+        let is_key =
+            |word: &str| word.split_once('=').is_some_and(|(k, _)| CAMERA_KEYS.contains(&k));
+        let described =
+            text.split_whitespace().any(is_key).then(|| parse_camera(text)).transpose()?;
+        Ok(Self { text: text.to_owned(), described })
+    }
+}
+
 fn parse_camera(text: &str) -> Result<Camera, String> {
-    let fields = Fields::parse(text, &["eye", "target", "fov"])?;
+    let fields = Fields::parse(text, &CAMERA_KEYS)?;
     let (eye, target) = (fields.vector("eye")?, fields.vector("target")?);
     if eye == target {
-        return Err(format!("camera `{text}`: eye and target are the same point"));
+        return Err("eye and target are the same point".into());
     }
     let fov = fields.number_or("fov", 60.0)?;
     if !(fov > 0.0 && fov < 180.0) {
-        return Err(format!("camera `{text}`: fov={fov} is not between 0 and 180 degrees"));
+        return Err(format!("fov={fov} is not between 0 and 180 degrees"));
     }
     Ok(look_at("command line", eye, target, fov.to_radians()))
 }
 
-fn read_sky(text: &str) -> Result<Sky, Box<dyn std::error::Error>> {
-    if let Ok(radiance) = parse_vector(text) {
-        if radiance.min_element() < 0.0 {
-            return Err(format!("--sky {text}: radiance cannot be negative").into());
+/// A sky as `--sky` describes it.
+#[derive(Clone, Debug)]
+enum SkySpec {
+    Constant(Vec3),
+    File(PathBuf),
+}
+
+impl FromStr for SkySpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match parse_vector(text) {
+            Ok(radiance) if radiance.min_element() < 0.0 => {
+                Err("radiance cannot be negative".into())
+            }
+            Ok(radiance) => Ok(Self::Constant(radiance)),
+            Err(error) if text.split(',').all(|n| n.trim().parse::<f32>().is_ok()) => Err(error),
+            Err(_) => Ok(Self::File(PathBuf::from(text))),
         }
-        return Ok(Sky::Constant(radiance));
     }
-    let picture = Picture::read(Path::new(text)).map_err(|error| {
-        format!("--sky {text} is neither r,g,b nor a picture that can be read: {error}")
+}
+
+fn read_sky(spec: &SkySpec) -> Result<Sky, Box<dyn std::error::Error>> {
+    let file = match spec {
+        SkySpec::Constant(radiance) => return Ok(Sky::Constant(*radiance)),
+        SkySpec::File(file) => file,
+    };
+    let name = file.display();
+    let picture = Picture::read(file).map_err(|error| {
+        format!("--sky {name} is neither r,g,b nor a picture that can be read: {error}")
     })?;
-    picture.check_finite().map_err(|error| format!("--sky {text}: {error}"))?;
+    picture.check_finite().map_err(|error| format!("--sky {name}: {error}"))?;
     let rgb = picture.rgb.iter().map(|texel| texel.max(Vec3::ZERO)).collect();
     Ok(Sky::Image { width: picture.width, height: picture.height, rgb })
 }

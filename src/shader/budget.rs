@@ -107,7 +107,7 @@ impl Resources {
         let rows = [
             (Counted::Buffer, "storage buffers", self.storage_buffers, budget.storage_buffers),
             (
-                Counted::Buffer,
+                Counted::Seam,
                 "storage buffers in the host seam",
                 self.seam_storage_buffers,
                 budget.seam_storage_buffers,
@@ -134,7 +134,10 @@ impl Resources {
             .filter(|&(_, _, used, limit)| used > limit)
             .map(|(counted, what, used, limit)| Excess {
                 counted,
-                message: format!("{used} {what}; baseline WebGPU has {limit}"),
+                message: match counted {
+                    Counted::Seam => format!("{used} {what}; its share is {limit}"),
+                    _ => format!("{used} {what}; baseline WebGPU has {limit}"),
+                },
             })
             .collect();
         if self.texture_atomics {
@@ -152,6 +155,8 @@ impl Resources {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counted {
     Buffer,
+    /// What the imported seam declares.
+    Seam,
     Workgroup,
     Other,
 }

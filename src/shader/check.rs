@@ -2,7 +2,7 @@ use super::budget::{Budget, Counted, Resources};
 use super::layers::{self, Layer, layer_of};
 use super::library::{Library, Source};
 use super::problem::{Problem, Rule};
-use super::scan::{DeclarationKind, declarations};
+use super::scan::{DeclarationKind, declarations, imports};
 use super::{OVERLAYS, ROOT};
 use naga::valid::Capabilities;
 use std::collections::BTreeSet;
@@ -72,12 +72,13 @@ pub struct CheckedTree {
 pub fn check_tree(dir: &Path, variants: &[Variant]) -> Result<CheckedTree, Vec<Problem>> {
     let (mut all, mut problems) = Library::read_dir(dir);
     let overlays = take_overlays(&mut all);
+    problems.extend(check_overlays(&overlays, variants));
     let mut checked = CheckedTree::default();
     for variant in variants {
         let mut library = all.clone();
         let mut changed = BTreeSet::new();
         for (name, source) in &overlays {
-            if name == variant.name {
+            if !name.is_empty() && name == variant.name {
                 changed.insert(source.import_path.clone());
                 library.insert(source.clone());
             }
@@ -103,7 +104,7 @@ pub fn check_tree(dir: &Path, variants: &[Variant]) -> Result<CheckedTree, Vec<P
             if variant.kernels.is_some_and(|list| !list.contains(&name.as_str())) {
                 continue;
             }
-            if variant.name.is_empty() {
+            if variant.name.is_empty() || changed.contains(&source.import_path) {
                 problems.extend(layers::check(&source));
             }
             match library.compose(&source, variant.capabilities) {
@@ -127,11 +128,14 @@ pub fn check_tree(dir: &Path, variants: &[Variant]) -> Result<CheckedTree, Vec<P
     }
     checked.overlays = overlays;
     problems.sort_by(|a, b| {
-        (&a.file, a.line, a.column, a.rule).cmp(&(&b.file, b.line, b.column, b.rule))
+        (&a.file, a.line, a.column, a.rule, &a.message)
+            .cmp(&(&b.file, b.line, b.column, b.rule, &b.message))
     });
-    // The same mistake shows in every kernel that imports the module.
+    // The same mistake shows in every kernel that imports the module; several limits may be passed
+    // at one place.
     problems.dedup_by(|a, b| {
-        a.file == b.file && a.line == b.line && a.column == b.column && a.rule == b.rule
+        (&a.file, a.line, a.column, a.rule) == (&b.file, b.line, b.column, b.rule)
+            && (a.rule != Rule::Budget || a.message == b.message)
     });
     if problems.is_empty() { Ok(checked) } else { Err(problems) }
 }
@@ -142,13 +146,22 @@ fn take_overlays(all: &mut Library) -> Vec<(String, Source)> {
     let mut overlays = Vec::new();
     all.retain(|source| {
         let Some(rest) = source.import_path.strip_prefix(&prefix) else { return true };
-        if let Some((variant, path)) = rest.split_once("::") {
-            let source = Source { import_path: format!("{ROOT}::{path}"), ..source.clone() };
-            overlays.push((variant.to_owned(), source));
-        }
+        // A file that stands in no variant's folder belongs to the variant without a name.
+        let (variant, path) = rest.split_once("::").unwrap_or(("", rest));
+        let source = Source { import_path: format!("{ROOT}::{path}"), ..source.clone() };
+        overlays.push((variant.to_owned(), source));
         false
     });
     overlays
+}
+
+/// Files that no variant takes would be neither checked nor used.
+fn check_overlays(overlays: &[(String, Source)], variants: &[Variant]) -> Vec<Problem> {
+    let names: Vec<_> =
+        variants.iter().map(|variant| variant.name).filter(|name| !name.is_empty()).collect();
+    let stray = overlays.iter().filter(|(name, _)| !names.contains(&name.as_str()));
+    let message = || format!("stands in the folder of no variant; there is {}", names.join(", "));
+    stray.map(|(_, source)| source.problem(Rule::UnknownVariant, (1, 1), message())).collect()
 }
 
 fn kernel_name(import_path: &str) -> String {
@@ -157,8 +170,11 @@ fn kernel_name(import_path: &str) -> String {
 
 fn check_budget(source: &Source, resources: &Resources) -> Vec<Problem> {
     let found = declarations(&source.text);
+    let imports = imports(&source.text);
+    let seam = imports.iter().find(|import| layer_of(&import.path) == Layer::Seam);
     let place_of = |counted: Counted| {
         let declaration = match counted {
+            Counted::Seam => return seam.map_or((1, 1), |import| (import.line, import.column)),
             Counted::Buffer => {
                 found.iter().rev().find(|d| matches!(d.kind, DeclarationKind::Group(_)))
             }

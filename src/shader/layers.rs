@@ -3,8 +3,7 @@
 use super::KERNELS;
 use super::library::Source;
 use super::problem::{Problem, Rule};
-use super::scan::{Declaration, DeclarationKind, declarations, place_of};
-use naga_oil::compose::get_preprocessor_data;
+use super::scan::{Declaration, DeclarationKind, declarations, defined_import_path};
 
 /// Where a file stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,9 +74,9 @@ pub fn check(source: &Source) -> Vec<Problem> {
 }
 
 fn check_import_path(source: &Source, layer: Layer) -> Option<Problem> {
-    let (declared, _, _) = get_preprocessor_data(&source.text);
-    let place = place_of(&source.text, "#define_import_path");
-    let message = match (layer, declared) {
+    let declared = defined_import_path(&source.text);
+    let place = declared.as_ref().map_or((1, 1), |declared| (declared.line, declared.column));
+    let message = match (layer, declared.map(|declared| declared.path)) {
         (Layer::Kernel, None) => return None,
         (Layer::Kernel, Some(_)) => {
             String::from("a kernel has no import path: it is never imported")

@@ -1,9 +1,10 @@
 use super::problem::{Problem, Rule};
 use super::{KERNELS, ROOT, scan};
+use naga::WithSpan;
 use naga::valid::Capabilities;
 use naga_oil::compose::{
-    ComposableModuleDescriptor, Composer, ComposerError, ComposerErrorInner, NagaModuleDescriptor,
-    get_preprocessor_data,
+    ComposableModuleDescriptor, Composer, ComposerError, ComposerErrorInner, ErrSource,
+    NagaModuleDescriptor, get_preprocessor_data,
 };
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -39,8 +40,30 @@ impl Source {
         }
     }
 
-    fn place_of_import(&self, import_path: &str) -> (u32, u32) {
-        scan::place_of(&self.text, &format!("#import {import_path}"))
+    /// Where the module is imported; where it is first named, if by its full path.
+    fn place_of_import(&self, module: &str) -> (u32, u32) {
+        let imports = scan::imports(&self.text);
+        let import = imports.iter().find(|import| import.is_of(module));
+        import.map_or_else(
+            || scan::place_of(&self.text, module),
+            |import| (import.line, import.column),
+        )
+    }
+
+    /// The modules in use, and the imports of which nothing is used: naga_oil passes over those,
+    /// wrong or not.
+    fn wanted(&self, library: &Library) -> Vec<String> {
+        let mut wanted = self.imports();
+        for import in scan::imports(&self.text) {
+            let known = |path: &str| library.modules.contains_key(path);
+            if !wanted.iter().any(|module| import.is_of(module))
+                && !known(&import.path)
+                && !import.parent().is_some_and(known)
+            {
+                wanted.push(import.path);
+            }
+        }
+        wanted
     }
 }
 
@@ -61,20 +84,10 @@ impl Library {
     }
 
     fn read_into(&mut self, dir: &Path, import_path: &str, problems: &mut Vec<Problem>) {
-        let mut unreadable = |file: &Path, error: std::io::Error| {
-            problems.push(Problem {
-                file: file.to_owned(),
-                line: 1,
-                column: 1,
-                rule: Rule::Read,
-                message: format!("cannot be read: {error}"),
-                excerpt: None,
-            });
-        };
         let entries = match std::fs::read_dir(dir).and_then(Iterator::collect::<Result<Vec<_>, _>>)
         {
             Ok(entries) => entries,
-            Err(error) => return unreadable(dir, error),
+            Err(error) => return problems.push(unreadable(dir, &error)),
         };
         let mut folders = Vec::new();
         for entry in entries {
@@ -84,11 +97,12 @@ impl Library {
             if path.is_dir() {
                 folders.push((path, name));
             } else if path.extension().is_some_and(|extension| extension == "wgsl") {
-                match std::fs::read_to_string(&path) {
-                    Ok(text) => {
+                match std::fs::read(&path).map(String::from_utf8) {
+                    Ok(Ok(text)) => {
                         self.insert(Source { import_path: name, file: path, text: text.into() })
                     }
-                    Err(error) => unreadable(&path, error),
+                    Ok(Err(error)) => problems.push(not_utf8(path, &error)),
+                    Err(error) => problems.push(unreadable(&path, &error)),
                 }
             }
         }
@@ -121,7 +135,7 @@ impl Library {
     /// Everything that `source` imports, directly or not, each before those that import it.
     ///
     /// # Errors
-    /// All imports that name nothing, name a kernel, or run in a circle, at the import's place.
+    /// All imports (used or not) that name nothing, name a kernel, or run in a circle, at the import's place.
     pub fn dependencies(&self, source: &Source) -> Result<Vec<&Source>, Vec<Problem>> {
         let mut walk =
             Walk { library: self, done: Vec::new(), path: Vec::new(), problems: Vec::new() };
@@ -162,6 +176,30 @@ impl Library {
     }
 }
 
+fn unreadable(file: &Path, error: &std::io::Error) -> Problem {
+    Problem {
+        file: file.to_owned(),
+        line: 1,
+        column: 1,
+        rule: Rule::Read,
+        message: format!("cannot be read: {error}"),
+        excerpt: None,
+    }
+}
+
+fn not_utf8(file: PathBuf, error: &std::string::FromUtf8Error) -> Problem {
+    let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+    let (line, column) = scan::end_of(&String::from_utf8_lossy(good));
+    Problem {
+        file,
+        line,
+        column,
+        rule: Rule::Read,
+        message: "is not UTF-8 from here on; save it as UTF-8".into(),
+        excerpt: None,
+    }
+}
+
 struct Walk<'a> {
     library: &'a Library,
     done: Vec<&'a Source>,
@@ -172,7 +210,7 @@ struct Walk<'a> {
 impl<'a> Walk<'a> {
     fn visit(&mut self, source: &Source) {
         self.path.push(source.import_path.clone());
-        for import in source.imports() {
+        for import in source.wanted(self.library) {
             let place = source.place_of_import(&import);
             if import.starts_with(&format!("{ROOT}::{KERNELS}::")) {
                 self.problems.push(source.problem(
@@ -204,7 +242,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Translates naga_oil's error; its report holds the place as `path:line:column`.
+/// Translates naga_oil's error.
 fn problem_of(fallback: &Source, error: &ComposerError, composer: &Composer) -> Problem {
     let report = strip_colour(&error.emit_to_string(composer));
     let rule = match error.inner {
@@ -213,16 +251,11 @@ fn problem_of(fallback: &Source, error: &ComposerError, composer: &Composer) -> 
         ComposerErrorInner::ImportNotFound(..) => Rule::ImportMissing,
         _ => Rule::Compose,
     };
-    let place = report.lines().find_map(|line| {
-        let (_, place) = line.split_once("┌─ ")?;
-        let mut parts = place.trim().rsplitn(3, ':');
-        let column = parts.next()?.parse().ok()?;
-        let line = parts.next()?.parse().ok()?;
-        Some((PathBuf::from(parts.next()?), line, column))
-    });
+    let place = narrowed(error)
+        .and_then(|error| place_of_error(&error, composer))
+        .or_else(|| place_of_error(error, composer));
     let (file, line, column) = place.unwrap_or_else(|| (fallback.file.clone(), 1, 1));
     let message = match &error.inner {
-        ComposerErrorInner::WgslParseError(error) => error.message().to_owned(),
         ComposerErrorInner::ShaderValidationError(error)
         | ComposerErrorInner::HeaderValidationError(error) => {
             let mut text = error.as_inner().to_string();
@@ -233,9 +266,66 @@ fn problem_of(fallback: &Source, error: &ComposerError, composer: &Composer) -> 
             }
             text
         }
-        inner => inner.to_string(),
+        // Names are decorated in the error, not in its report.
+        inner => match report.lines().next().and_then(|line| line.strip_prefix("error: ")) {
+            Some(line) => line.to_owned(),
+            None => inner.to_string(),
+        },
     };
     Problem { file, line, column, rule, message, excerpt: Some(report) }
+}
+
+/// A validation error with its innermost place alone: of the function and the expression in it, the
+/// expression.
+fn narrowed(error: &ComposerError) -> Option<ComposerError> {
+    let ComposerErrorInner::ShaderValidationError(inner) = &error.inner else { return None };
+    let (span, _) = inner
+        .spans()
+        .filter(|(span, _)| span.is_defined())
+        .min_by_key(|(span, _)| span.to_range().map_or(usize::MAX, |range| range.len()))?;
+    let source = match &error.source {
+        ErrSource::Module { name, offset, defs } => {
+            ErrSource::Module { name: name.clone(), offset: *offset, defs: defs.clone() }
+        }
+        ErrSource::Constructing { path, source, offset } => {
+            ErrSource::Constructing { path: path.clone(), source: source.clone(), offset: *offset }
+        }
+    };
+    let inner = WithSpan::new(inner.as_inner().clone()).with_span(*span, "here");
+    Some(ComposerError { inner: ComposerErrorInner::ShaderValidationError(inner), source })
+}
+
+/// The report holds the place as `path:line:column`, the column in a line whose imported names are
+/// decorated.
+fn place_of_error(error: &ComposerError, composer: &Composer) -> Option<(PathBuf, u32, u32)> {
+    let report = strip_colour(&error.emit_to_string(composer));
+    let place = report.lines().find_map(|line| line.split_once("┌─ "))?.1;
+    let mut parts = place.trim().rsplitn(3, ':');
+    let column: usize = parts.next()?.parse().ok()?;
+    let line: usize = parts.next()?.parse().ok()?;
+    let file = PathBuf::from(parts.next()?);
+    let source = error.source.source(composer);
+    let text = source.lines().nth(line.saturating_sub(1)).unwrap_or_default();
+    let before: String = text.chars().take(column.saturating_sub(1)).collect();
+    let column = undecorated(&before).chars().count() + 1;
+    Some((file, line as u32, column as u32))
+}
+
+/// `text` without naga_oil's suffixes: an imported `twice` is `twiceX_naga_oil_mod_X<base 32>X` to naga.
+fn undecorated(text: &str) -> String {
+    const MARK: &str = "X_naga_oil_mod_X";
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find(MARK) {
+        out.push_str(&rest[..at]);
+        let tail = &rest[at + MARK.len()..];
+        let end = tail.find(|c: char| !c.is_ascii_uppercase() && !c.is_ascii_digit());
+        // An X may be a digit too: the last one closes.
+        let run = &tail[..end.unwrap_or(tail.len())];
+        rest = &tail[run.rfind('X').map_or(run.len(), |x| x + 1)..];
+    }
+    out.push_str(rest);
+    out
 }
 
 /// naga_oil colours its reports whatever the output is.

@@ -20,6 +20,8 @@ pub enum Rule {
     PureModule,
     /// A seam module declares a binding outside group 0, or a kernel one inside it.
     BindGroup,
+    /// A file under `variants/` stands in the folder of no variant.
+    UnknownVariant,
     /// naga's validator refuses the composed module under the row's capabilities.
     Validation,
     /// More resources than baseline WebGPU has.

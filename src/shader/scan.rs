@@ -127,12 +127,90 @@ pub fn declarations(source: &str) -> Vec<Declaration<'_>> {
     out
 }
 
+/// A path that an `#import` names: a module, or an item of one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Import {
+    pub path: String,
+    pub line: u32,
+    pub column: u32,
+}
+
+impl Import {
+    /// Whether this names the module or an item of it.
+    pub fn is_of(&self, module: &str) -> bool {
+        self.path == module || self.parent() == Some(module)
+    }
+
+    /// The path without its last segment.
+    pub fn parent(&self) -> Option<&str> {
+        self.path.rsplit_once("::").map(|(parent, _)| parent)
+    }
+}
+
+/// Every path of every `#import`, used in the text or not; nested braces are spread out.
+pub fn imports(source: &str) -> Vec<Import> {
+    let tokens = tokens(source);
+    let mut out = Vec::new();
+    for (ix, pair) in tokens.windows(2).enumerate() {
+        if pair[0].text == "#" && pair[1].text == "import" {
+            let mut at = ix + 2;
+            import_tree(&tokens, &mut at, "", &mut out);
+        }
+    }
+    out
+}
+
+/// Reads one path, or the braces at its end, from token `at` on.
+fn import_tree(tokens: &[Token<'_>], at: &mut usize, prefix: &str, out: &mut Vec<Import>) {
+    let text = |ix: usize| tokens.get(ix).map_or("", |token| token.text);
+    let Some(&Token { line, column, .. }) = tokens.get(*at) else { return };
+    let mut path = prefix.to_owned();
+    while text(*at).starts_with(is_word) {
+        if !path.is_empty() {
+            path.push_str("::");
+        }
+        path.push_str(text(*at));
+        *at += 1;
+        if text(*at) != ":" || text(*at + 1) != ":" {
+            if text(*at) == "as" {
+                *at += 2;
+            }
+            return out.push(Import { path, line, column });
+        }
+        *at += 2;
+    }
+    if text(*at) == "{" {
+        *at += 1;
+        while !matches!(text(*at), "}" | "") {
+            let before = *at;
+            import_tree(tokens, at, &path, out);
+            // What is neither a path nor a comma is naga_oil's to refuse.
+            *at += usize::from(text(*at) == "," || *at == before);
+        }
+        *at += 1;
+    }
+}
+
+/// What `#define_import_path` declares, and where.
+pub fn defined_import_path(source: &str) -> Option<Import> {
+    let tokens = tokens(source);
+    let ix = tokens
+        .windows(2)
+        .position(|pair| pair[0].text == "#" && pair[1].text == "define_import_path")?;
+    let mut found = Vec::new();
+    import_tree(&tokens, &mut (ix + 2), "", &mut found);
+    let path = found.pop().map_or_else(String::new, |import| import.path);
+    Some(Import { path, line: tokens[ix].line, column: tokens[ix].column })
+}
+
 /// Where `needle` first stands in `source`: 1-based line and column; (1, 1) if it does not.
 pub fn place_of(source: &str, needle: &str) -> (u32, u32) {
-    source.find(needle).map_or((1, 1), |at| {
-        let before = &source[..at];
-        let line = before.matches('\n').count() as u32 + 1;
-        let column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) as u32 + 1;
-        (line, column)
-    })
+    source.find(needle).map_or((1, 1), |at| end_of(&source[..at]))
+}
+
+/// Line and column of what would follow `text`.
+pub fn end_of(text: &str) -> (u32, u32) {
+    let line = text.matches('\n').count() as u32 + 1;
+    let column = text.rsplit('\n').next().map_or(0, |l| l.chars().count()) as u32 + 1;
+    (line, column)
 }

@@ -62,6 +62,7 @@ fn normal_reflectance(m: MetallicRoughness) -> vec3<f32> {
     return mix(vec3<f32>(DIELECTRIC_REFLECTANCE), m.base_color, m.metallic);
 }
 
+/// Unit vector halfway between two unit directions; the normal, +z, where they cancel.
 fn half_vector(wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     // Directions that cancel are opposite and both grazing.
     return safe_normalize(wo + wi, vec3<f32>(0.0, 0.0, 1.0));

@@ -39,43 +39,46 @@ fn sample_light(at: vec3<f32>, u: vec4<f32>) -> LightSample {
     }
     let entry = min(u32(u.x * f32(scene.n_lights)), scene.n_lights - 1u);
     let light_ix = select(lights[entry].alias_ix, entry, u.w < lights[entry].alias_threshold);
-    let light = lights[light_ix];
-    if light.kind == LIGHT_TRIANGLE {
-        return sample_emitter(light.triangle, at, u.yz, light.probability);
+    // Field by field: a light is 80 bytes, and most kinds need few of them.
+    let kind = lights[light_ix].kind;
+    let probability = lights[light_ix].probability;
+    if kind == LIGHT_TRIANGLE {
+        return sample_emitter(lights[light_ix].triangle, at, u.yz, probability);
     }
-    if light.kind == LIGHT_SKY {
+    if kind == LIGHT_SKY {
         let drawn = sample_sky(u.yz);
         out.direction = drawn.direction;
-        out.pdf = drawn.pdf * light.probability;
+        out.pdf = drawn.pdf * probability;
         if out.pdf > 0.0 {
             out.weight = drawn.radiance / out.pdf;
         }
         return out;
     }
-    if light.kind == LIGHT_DIRECTIONAL {
-        let found = sample_directional_light(light.direction, light.intensity);
-        out.direction = found.to_light;
-        out.weight = found.normal_irradiance / light.probability;
-        return out;
-    }
     var found: PunctualSample;
-    if light.kind == LIGHT_POINT {
-        found = sample_point_light(light.position, light.intensity, light.range, at);
-    } else if light.kind == LIGHT_SPOT {
+    if kind == LIGHT_DIRECTIONAL {
+        found = sample_directional_light(lights[light_ix].direction, lights[light_ix].intensity);
+    } else if kind == LIGHT_POINT {
+        found = sample_point_light(
+            lights[light_ix].position,
+            lights[light_ix].intensity,
+            lights[light_ix].range,
+            at,
+        );
+    } else if kind == LIGHT_SPOT {
         found = sample_spot_light(
-            light.position,
-            light.direction,
-            light.intensity,
-            light.range,
-            light.spot_scale,
-            light.spot_offset,
+            lights[light_ix].position,
+            lights[light_ix].direction,
+            lights[light_ix].intensity,
+            lights[light_ix].range,
+            lights[light_ix].spot_scale,
+            lights[light_ix].spot_offset,
             at,
         );
     }
     out.direction = found.to_light;
     out.distance = found.distance;
-    out.place = light.position;
-    out.weight = found.normal_irradiance / light.probability;
+    out.place = lights[light_ix].position;
+    out.weight = found.normal_irradiance / probability;
     return out;
 }
 

@@ -64,6 +64,7 @@ struct BoxRay {
     negative: vec3<bool>,
 }
 
+/// What the boxes need of a ray. The direction may have zeros, and −0 counts as positive.
 fn box_ray(ray: Ray) -> BoxRay {
     let negative = ray.direction < vec3<f32>(0.0);
     let bits = select(vec3<u32>(4u, 2u, 1u), vec3<u32>(0u), negative);
@@ -71,6 +72,7 @@ fn box_ray(ray: Ray) -> BoxRay {
     return BoxRay(ray.origin, ray.t_min, safe_inverse_direction(ray.direction), octant, negative);
 }
 
+/// The four bytes as numbers 0 to 255, the lowest byte first.
 fn unpack_bytes(bytes: u32) -> vec4<f32> {
     return vec4<f32>((vec4<u32>(bytes) >> vec4<u32>(0u, 8u, 16u, 24u)) & vec4<u32>(0xffu));
 }

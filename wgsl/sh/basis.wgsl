@@ -142,6 +142,7 @@ fn sectoral_factor(m: u32) -> f32 {
     return sqrt(f32(2u * m + 3u) / select(f32(2u * m + 2u), 1.0, m == 0u));
 }
 
+/// (a.x + i·a.y)·(b.x + i·b.y).
 fn complex_product(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x);
 }

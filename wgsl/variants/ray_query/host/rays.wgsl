@@ -37,6 +37,8 @@ fn is_solid(triangle_ix: u32, barycentrics: vec2<f32>) -> bool {
         || !is_cut_away(triangle_ix, barycentrics);
 }
 
+/// Walks the acceleration structure; `flags` are RayDesc's. Candidates that an alpha mask cuts away
+/// do not count.
 fn trace(ray: Ray, flags: u32) -> Hit {
     var query: ray_query;
     rayQueryInitialize(

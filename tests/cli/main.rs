@@ -1,0 +1,7 @@
+//! The `lucerna` program from outside: exit codes, what goes to which stream, and the files it leaves.
+#![cfg(feature = "cli")]
+
+mod arguments;
+mod inspect;
+mod pictures;
+mod support;

@@ -1,0 +1,127 @@
+//! The crate's own WGSL: it passes, the crate hands out what the files hold, and every file says
+//! what it is.
+
+use lucerna::shader::{KERNELS, OVERLAYS, ROOT, VARIANTS, check_tree};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
+}
+
+/// Every WGSL file as `wgsl/…`, with its text.
+fn files() -> Vec<(String, String)> {
+    fn walk(folder: &Path, out: &mut Vec<(String, String)>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                walk(&path, out);
+            } else if path.extension().is_some_and(|ending| ending == "wgsl") {
+                let name = path.strip_prefix(root()).unwrap().components();
+                let name: Vec<_> = name.map(|c| c.as_os_str().to_str().unwrap()).collect();
+                out.push((name.join("/"), fs::read_to_string(&path).unwrap()));
+            }
+        }
+    }
+    let mut out = Vec::new();
+    walk(&root().join("wgsl"), &mut out);
+    out.sort();
+    out
+}
+
+fn is_kernel(file: &str) -> bool {
+    file.contains(&format!("/{KERNELS}/"))
+}
+
+#[test]
+fn the_tree_passes_and_the_crate_holds_what_it_gave() {
+    let tree = check_tree(&root().join("wgsl"), VARIANTS).unwrap();
+    let checked: Vec<_> =
+        tree.kernels.iter().map(|k| (k.name.as_str(), k.variant, k.resources)).collect();
+    let held: Vec<_> =
+        lucerna::kernels().iter().map(|k| (k.name, k.variant, k.resources)).collect();
+    assert_eq!(held, checked);
+    let checked: Vec<_> = tree.library.iter().map(|m| m.import_path.as_str()).collect();
+    let library = lucerna::library();
+    let held: Vec<_> = library.iter().map(|m| m.import_path.as_str()).collect();
+    assert_eq!(held, checked);
+}
+
+#[test]
+fn every_kernel_of_every_variant_is_there() {
+    for variant in VARIANTS {
+        for name in variant.kernels.unwrap_or_default() {
+            let found =
+                lucerna::kernels().iter().any(|k| k.name == *name && k.variant == variant.name);
+            assert!(found, "{name} of {}", variant.name);
+        }
+    }
+}
+
+#[test]
+fn modules_and_kernels_are_the_files() {
+    let mut left: BTreeSet<_> = files().into_iter().collect();
+    let library = lucerna::library();
+    for module in lucerna::modules() {
+        let file = (module.file.to_owned(), module.source.to_owned());
+        assert!(left.remove(&file), "{} is no file, or another text", module.file);
+        let path = module.import_path.replace("::", "/").replacen(ROOT, "", 1);
+        let folder = match module.variant {
+            "" => "wgsl".to_owned(),
+            variant => format!("wgsl/{OVERLAYS}/{variant}"),
+        };
+        assert_eq!(module.file, format!("{folder}{path}.wgsl"));
+        for import in module.imports {
+            assert!(library.get(import).is_some(), "{} imports {import}", module.file);
+        }
+        if module.variant.is_empty() {
+            assert_eq!(library.get(module.import_path).unwrap().text, module.source);
+        } else {
+            let varied = lucerna::variant_library(module.variant);
+            assert_eq!(varied.get(module.import_path).unwrap().text, module.source);
+        }
+    }
+    for kernel in lucerna::kernels() {
+        assert_eq!(kernel.file, format!("wgsl/{KERNELS}/{}.wgsl", kernel.name));
+        let text = fs::read_to_string(root().join(kernel.file)).unwrap();
+        assert_eq!(kernel.source, text, "{}", kernel.file);
+        left.remove(&(kernel.file.to_owned(), text));
+        assert!(!kernel.entry_points.is_empty(), "{}", kernel.name);
+    }
+    let left: Vec<_> = left.into_iter().map(|(file, _)| file).collect();
+    assert!(left.is_empty(), "in no table: {left:?}");
+}
+
+#[test]
+fn every_file_has_a_licence_and_a_purpose() {
+    let mut wrong = Vec::new();
+    for (file, text) in files() {
+        let mut lines = text.lines();
+        if lines.next() != Some("// SPDX-License-Identifier: MIT OR Apache-2.0") {
+            wrong.push(format!("{file}:1: no SPDX line"));
+        }
+        if !lines.next().is_some_and(|line| line.starts_with("//! ") && line.len() > 12) {
+            wrong.push(format!("{file}:2: no purpose (`//! …`)"));
+        }
+        if is_kernel(&file) && !text.contains("//! Dispatch: ") {
+            wrong.push(format!("{file}: a kernel's header gives its dispatch"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_function_of_a_module_says_what_it_does() {
+    let mut wrong = Vec::new();
+    for (file, text) in files().iter().filter(|(file, _)| !is_kernel(file)) {
+        let lines: Vec<_> = text.lines().collect();
+        for (ix, line) in lines.iter().enumerate() {
+            let above = lines[..ix].iter().rev().find(|line| !line.starts_with('@'));
+            if line.starts_with("fn ") && !above.is_some_and(|line| line.starts_with("///")) {
+                wrong.push(format!("{file}:{}: {line}", ix + 1));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "no `///` before\n{}", wrong.join("\n"));
+}
