@@ -62,6 +62,7 @@ impl RayKernel {
     /// Records the rays in as many dispatches as WebGPU's limit on workgroups asks for.
     ///
     /// `rays`: `n_rays` [`Ray`]s; `answers`: as many [`Hit`]s or u32; both storage buffers.
+    #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
     pub fn record(
         &self,
         gpu: &Gpu,

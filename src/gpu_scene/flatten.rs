@@ -146,9 +146,13 @@ fn shading_triangle(scene: &Scene, corners: &[Vec3; 3], origin: Origin) -> wgsl:
         let negative = signs.iter().sum::<f32>() < 0.0;
         (vertices.map(|v| linear * mesh.tangents[v].truncate()), negative != origin.mirrored)
     };
+    let colors = vertices.map(|v| mesh.colors.get(v).copied().unwrap_or(Vec4::ONE));
+    let flag = |set, bit| if set { bit } else { 0 };
     wgsl::TriangleShading {
         normals: UVec3::from(normals.map(pack_direction)),
-        flags: u32::from(mirrored_uv),
+        flags: flag(mirrored_uv, wgsl::SHADING_MIRRORED)
+            | flag(normals.iter().any(|&n| n != flat), wgsl::SHADING_HAS_NORMALS)
+            | flag(colors.iter().any(|&c| c != Vec4::ONE), wgsl::SHADING_HAS_COLORS),
         tangents: UVec3::from(
             tangents.map(|t| {
                 pack_direction(t.try_normalize().unwrap_or(flat.any_orthonormal_vector()))
@@ -157,7 +161,7 @@ fn shading_triangle(scene: &Scene, corners: &[Vec3; 3], origin: Origin) -> wgsl:
         reserved: 0,
         uv_first,
         uv_second,
-        colors: vertices.map(|v| pack_color(mesh.colors.get(v).copied().unwrap_or(Vec4::ONE))),
+        colors: colors.map(pack_color),
         reserved_pair: UVec2::ZERO,
     }
 }

@@ -86,6 +86,8 @@ pub fn resolve(sums: &[PixelSums], size: UVec2, channel: Channel) -> Picture {
         .iter()
         .map(|pixel| {
             let per_sample = 1.0 / (pixel.n_samples - pixel.n_rejected).max(1) as f32;
+            // A sample whose light was rejected has met its surface all the same.
+            let per_ray = 1.0 / pixel.n_samples.max(1) as f32;
             let per_surface = 1.0 / pixel.n_surfaces.max(1) as f32;
             match channel {
                 Channel::Beauty => (pixel.emitted + pixel.direct + pixel.indirect) * per_sample,
@@ -93,7 +95,7 @@ pub fn resolve(sums: &[PixelSums], size: UVec2, channel: Channel) -> Picture {
                 Channel::Direct => pixel.direct * per_sample,
                 Channel::Indirect => pixel.indirect * per_sample,
                 Channel::Irradiance => PI * (pixel.direct + pixel.indirect) * per_sample,
-                Channel::Albedo => pixel.albedo * per_sample,
+                Channel::Albedo => pixel.albedo * per_ray,
                 Channel::Normal => (pixel.normal * per_surface).normalize_or_zero(),
                 Channel::Depth => Vec3::splat(pixel.depth * per_surface),
             }

@@ -7,10 +7,10 @@
 
 #import lucerna::geometry::barycentric::interpolate_vec3
 #import lucerna::geometry::ray_offset::{interpolation_error, offset_ray_origin}
-#import lucerna::host::scene::{scene, triangles, lights, materials, NONE, MATERIAL_DOUBLE_SIDED}
+#import lucerna::host::scene::{scene, triangles, lights, materials, NONE, MATERIAL_DOUBLE_SIDED, TRIANGLE_ALPHA_TESTED}
 #import lucerna::host::scene::{LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL, LIGHT_TRIANGLE, LIGHT_SKY}
 #import lucerna::host::sky::{sample_sky, pdf_sky}
-#import lucerna::host::surface::emission_at
+#import lucerna::host::surface::{emission_at, is_cut_away}
 #import lucerna::light::punctual::{PunctualSample, sample_point_light, sample_spot_light, sample_directional_light}
 #import lucerna::light::triangle::{sample_triangle_light, pdf_triangle_light, triangle_area_vector}
 #import lucerna::math::constants::FLOAT_MAX
@@ -39,43 +39,46 @@ fn sample_light(at: vec3<f32>, u: vec4<f32>) -> LightSample {
     }
     let entry = min(u32(u.x * f32(scene.n_lights)), scene.n_lights - 1u);
     let light_ix = select(lights[entry].alias_ix, entry, u.w < lights[entry].alias_threshold);
-    let light = lights[light_ix];
-    if light.kind == LIGHT_TRIANGLE {
-        return sample_emitter(light.triangle, at, u.yz, light.probability);
+    // Field by field: a light is 80 bytes, and most kinds need few of them.
+    let kind = lights[light_ix].kind;
+    let probability = lights[light_ix].probability;
+    if kind == LIGHT_TRIANGLE {
+        return sample_emitter(lights[light_ix].triangle, at, u.yz, probability);
     }
-    if light.kind == LIGHT_SKY {
+    if kind == LIGHT_SKY {
         let drawn = sample_sky(u.yz);
         out.direction = drawn.direction;
-        out.pdf = drawn.pdf * light.probability;
+        out.pdf = drawn.pdf * probability;
         if out.pdf > 0.0 {
             out.weight = drawn.radiance / out.pdf;
         }
         return out;
     }
-    if light.kind == LIGHT_DIRECTIONAL {
-        let found = sample_directional_light(light.direction, light.intensity);
-        out.direction = found.to_light;
-        out.weight = found.normal_irradiance / light.probability;
-        return out;
-    }
     var found: PunctualSample;
-    if light.kind == LIGHT_POINT {
-        found = sample_point_light(light.position, light.intensity, light.range, at);
-    } else if light.kind == LIGHT_SPOT {
+    if kind == LIGHT_DIRECTIONAL {
+        found = sample_directional_light(lights[light_ix].direction, lights[light_ix].intensity);
+    } else if kind == LIGHT_POINT {
+        found = sample_point_light(
+            lights[light_ix].position,
+            lights[light_ix].intensity,
+            lights[light_ix].range,
+            at,
+        );
+    } else if kind == LIGHT_SPOT {
         found = sample_spot_light(
-            light.position,
-            light.direction,
-            light.intensity,
-            light.range,
-            light.spot_scale,
-            light.spot_offset,
+            lights[light_ix].position,
+            lights[light_ix].direction,
+            lights[light_ix].intensity,
+            lights[light_ix].range,
+            lights[light_ix].spot_scale,
+            lights[light_ix].spot_offset,
             at,
         );
     }
     out.direction = found.to_light;
     out.distance = found.distance;
-    out.place = light.position;
-    out.weight = found.normal_irradiance / light.probability;
+    out.place = lights[light_ix].position;
+    out.weight = found.normal_irradiance / probability;
     return out;
 }
 
@@ -86,6 +89,10 @@ fn sample_emitter(triangle_ix: u32, at: vec3<f32>, u: vec2<f32>, probability: f3
     let c = triangles[triangle_ix].corner_c;
     let drawn = sample_triangle_light(a, b, c, at, u);
     var out = LightSample(drawn.to_light, drawn.distance, at, drawn.pdf * probability, vec3<f32>(0.0));
+    let is_masked = (triangles[triangle_ix].flags & TRIANGLE_ALPHA_TESTED) != 0u;
+    if is_masked && is_cut_away(triangle_ix, drawn.barycentrics) {
+        return out;
+    }
     let double_sided = (materials[triangles[triangle_ix].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
     if out.pdf > 0.0 && (drawn.cosine > 0.0 || double_sided) {
         out.weight = emission_at(triangle_ix, drawn.barycentrics) / out.pdf;

@@ -49,11 +49,18 @@ struct Triangle {
     light: u32,
 }
 
+/// The bitangents are mirrored.
+const SHADING_MIRRORED: u32 = 1u;
+/// The normals are not all the triangle's own.
+const SHADING_HAS_NORMALS: u32 = 2u;
+/// The colours are not all white.
+const SHADING_HAS_COLORS: u32 = 4u;
+
 /// What shading needs of a triangle, same order. Arrays run over the three corners.
 struct TriangleShading {
     /// World-space normals, `octahedral::pack_direction`.
     normals: vec3<u32>,
-    /// Bit 0: the bitangents are mirrored.
+    /// SHADING_ bits.
     flags: u32,
     /// World-space tangents, `octahedral::pack_direction`.
     tangents: vec3<u32>,

@@ -7,6 +7,7 @@
 #import lucerna::geometry::barycentric::{interpolate_vec2, interpolate_vec3, interpolate_vec4}
 #import lucerna::geometry::ray_offset::interpolation_error
 #import lucerna::host::scene::{scene, triangles, triangle_shading, materials, TextureSlot, SLOT_SECOND_UV, MATERIAL_DOUBLE_SIDED}
+#import lucerna::host::scene::{SHADING_MIRRORED, SHADING_HAS_NORMALS, SHADING_HAS_COLORS}
 #import lucerna::host::textures::{sample_srgb, sample_linear}
 #import lucerna::math::octahedral::unpack_direction
 #import lucerna::math::vector::safe_normalize
@@ -40,12 +41,15 @@ fn corner_color(packed: vec2<u32>) -> vec4<f32> {
 /// Base colour and alpha: factor × texture × vertex colour.
 fn base_color_at(triangle_ix: u32, weights: vec2<f32>) -> vec4<f32> {
     let material_ix = triangles[triangle_ix].material;
-    var color = materials[material_ix].base_color * interpolate_vec4(
-        corner_color(triangle_shading[triangle_ix].colors[0]),
-        corner_color(triangle_shading[triangle_ix].colors[1]),
-        corner_color(triangle_shading[triangle_ix].colors[2]),
-        weights,
-    );
+    var color = materials[material_ix].base_color;
+    if (triangle_shading[triangle_ix].flags & SHADING_HAS_COLORS) != 0u {
+        color *= interpolate_vec4(
+            corner_color(triangle_shading[triangle_ix].colors[0]),
+            corner_color(triangle_shading[triangle_ix].colors[1]),
+            corner_color(triangle_shading[triangle_ix].colors[2]),
+            weights,
+        );
+    }
     if materials[material_ix].base_color_texture.size.x != 0u {
         let slot = materials[material_ix].base_color_texture;
         color *= sample_srgb(slot, texture_uv(triangle_ix, slot, weights), 0u);
@@ -100,16 +104,17 @@ fn surface_at(triangle_ix: u32, weights: vec2<f32>) -> Surface {
     surface.position_error = interpolation_error(a, b, c);
     surface.geometric_normal = safe_normalize(cross(b - a, c - a), vec3<f32>(0.0, 1.0, 0.0));
 
-    let normals = triangle_shading[triangle_ix].normals;
-    var normal = safe_normalize(
-        interpolate_vec3(
+    var normal = surface.geometric_normal;
+    if (triangle_shading[triangle_ix].flags & SHADING_HAS_NORMALS) != 0u {
+        let normals = triangle_shading[triangle_ix].normals;
+        let along = interpolate_vec3(
             unpack_direction(normals.x),
             unpack_direction(normals.y),
             unpack_direction(normals.z),
             weights,
-        ),
-        surface.geometric_normal,
-    );
+        );
+        normal = safe_normalize(along, surface.geometric_normal);
+    }
     let material_ix = triangle.material;
     surface.base_color = base_color_at(triangle_ix, weights).rgb;
     surface.emission = emission_at(triangle_ix, weights);
@@ -148,7 +153,7 @@ fn mapped_normal(triangle_ix: u32, weights: vec2<f32>, normal: vec3<f32>) -> vec
         weights,
     );
     let tangent = safe_normalize(along - normal * dot(along, normal), vec3<f32>(0.0));
-    let side = select(1.0, -1.0, (triangle_shading[triangle_ix].flags & 1u) != 0u);
+    let side = select(1.0, -1.0, (triangle_shading[triangle_ix].flags & SHADING_MIRRORED) != 0u);
     let bitangent = cross(normal, tangent) * side;
     let texel = sample_linear(slot, texture_uv(triangle_ix, slot, weights), 0u).xyz * 2.0 - 1.0;
     let local = vec3<f32>(texel.xy * scale, texel.z);

@@ -1,0 +1,18 @@
+//! The path tracer against closed forms, quadrature in f64, and another renderer's pictures.
+
+mod channels;
+mod emitters;
+mod energy;
+mod furnace;
+#[allow(dead_code)]
+#[path = "../kernels/harness.rs"]
+mod harness;
+mod independent;
+mod normal_maps;
+mod punctual;
+mod repeatable;
+mod sky;
+mod support;
+#[path = "../kernels/texture_oracle.rs"]
+mod texture_oracle;
+mod textures;

@@ -1,0 +1,283 @@
+//! Small scenes, pictures of them with their statistical error, and the comparison.
+
+use crate::harness::{gpu, read};
+use glam::{Affine3A, DVec2, DVec3, UVec2, Vec2, Vec3};
+use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
+use lucerna::reference::{Channel, Film, PathTracer, PixelSums, ReferenceSettings, Work, resolve};
+use lucerna::scene::{
+    Camera, Filter, Image, Instance, Material, Mesh, Projection, Scene, Texture, TextureRef, Wrap,
+};
+use std::sync::OnceLock;
+
+/// A quad, counter-clockwise seen from its front, with texture coordinates (0,0) (0,1) (1,1) (1,0).
+pub fn quad(corners: [[f32; 3]; 4], material: usize) -> Mesh {
+    Mesh {
+        positions: corners.map(Vec3::from).to_vec(),
+        uv0: vec![Vec2::ZERO, Vec2::Y, Vec2::ONE, Vec2::X],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        material,
+        ..Mesh::default()
+    }
+}
+
+/// A square of this half side around (0, y, 0) that faces up; u grows with x, v with z.
+pub fn floor(half: f32, y: f32, material: usize) -> Mesh {
+    quad([[-half, y, -half], [-half, y, half], [half, y, half], [half, y, -half]], material)
+}
+
+/// As [`floor`], facing down; u grows with x, v against z.
+pub fn ceiling(half: f32, y: f32, material: usize) -> Mesh {
+    quad([[-half, y, half], [-half, y, -half], [half, y, -half], [half, y, half]], material)
+}
+
+pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>) -> Scene {
+    let instances = (0..meshes.len())
+        .map(|mesh| Instance { mesh, world_from_object: Affine3A::IDENTITY })
+        .collect();
+    Scene { meshes, instances, materials, ..Scene::default() }
+}
+
+pub fn lambert(color: [f32; 3]) -> Material {
+    Material { base_color: Vec3::from(color).extend(1.0), ..Material::default() }
+}
+
+/// Black but for what it emits.
+pub fn emitter(radiance: [f32; 3]) -> Material {
+    Material { emission: radiance.into(), ..lambert([0.0; 3]) }
+}
+
+/// Adds an image of these texels and says how to use it; nearest texel, repeated.
+pub fn add_texture(scene: &mut Scene, width: u32, rgba: Vec<[u8; 4]>) -> TextureRef {
+    let height = rgba.len() as u32 / width;
+    scene.images.push(Image { name: String::from("test"), width, height, rgba });
+    scene.textures.push(Texture {
+        image: scene.images.len() - 1,
+        wrap_u: Wrap::Repeat,
+        wrap_v: Wrap::Repeat,
+        filter: Filter::Nearest,
+    });
+    TextureRef {
+        texture: scene.textures.len() - 1,
+        uv_set: 0,
+        uv_from_mesh: glam::Affine2::IDENTITY,
+    }
+}
+
+/// Looks straight down from this height at a square of this half side; columns grow with x, rows
+/// with z.
+pub fn look_down(height: f32, half: f32) -> Camera {
+    Camera {
+        name: String::new(),
+        position: Vec3::new(0.0, height, 0.0),
+        forward: Vec3::NEG_Y,
+        up: Vec3::NEG_Z,
+        projection: Projection::Orthographic { half_height: half },
+    }
+}
+
+pub fn settings(width: u32, height: u32, n_bounces: u32) -> ReferenceSettings {
+    ReferenceSettings { size: UVec2::new(width, height), n_bounces, seed: 0, irradiance: false }
+}
+
+/// Lambertian reading of every material.
+pub fn diffuse(scene: &Scene) -> GpuScene {
+    on_gpu(scene, true, RaySource::Software)
+}
+
+pub fn on_gpu(scene: &Scene, diffuse_only: bool, rays: RaySource) -> GpuScene {
+    GpuScene::new(gpu(), scene, GpuSceneOptions { diffuse_only, rays }).unwrap()
+}
+
+/// One kernel a source of rays serves all tests.
+fn tracer(scene: &GpuScene) -> &'static PathTracer {
+    static SOFTWARE: OnceLock<PathTracer> = OnceLock::new();
+    static RAY_QUERY: OnceLock<PathTracer> = OnceLock::new();
+    let cell = match scene.rays() {
+        RaySource::Software => &SOFTWARE,
+        RaySource::RayQuery => &RAY_QUERY,
+    };
+    cell.get_or_init(|| PathTracer::new(gpu(), scene))
+}
+
+/// Renders the given cuts of the work, one submission each.
+pub fn render_cut(
+    scene: &GpuScene,
+    camera: &Camera,
+    settings: &ReferenceSettings,
+    cuts: &[Work],
+) -> Vec<PixelSums> {
+    let gpu = gpu();
+    let film = Film::new(gpu, settings.size);
+    assert_eq!(film.stripes().len(), 1);
+    for &work in cuts {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        tracer(scene).record(gpu, &mut encoder, scene, &film, camera, settings, work, None);
+        gpu.queue.submit([encoder.finish()]);
+    }
+    bytemuck::pod_collect_to_vec(&read(&film.stripes()[0].sums))
+}
+
+/// All rows, at most 256 samples a dispatch.
+pub fn render(
+    scene: &GpuScene,
+    camera: &Camera,
+    settings: &ReferenceSettings,
+    n_samples: u32,
+) -> Vec<PixelSums> {
+    let cuts: Vec<_> = (0..n_samples)
+        .step_by(256)
+        .map(|first_sample| Work {
+            stripe: 0,
+            first_row: 0,
+            n_rows: settings.size.y,
+            first_sample,
+            n_samples: 256.min(n_samples - first_sample),
+        })
+        .collect();
+    render_cut(scene, camera, settings, &cuts)
+}
+
+/// How many independent renderings an estimate rests on.
+const N_BATCHES: u32 = 32;
+
+/// Independent renderings of one picture.
+pub struct Batches {
+    size: UVec2,
+    sums: Vec<Vec<PixelSums>>,
+}
+
+/// Renders [`N_BATCHES`] times with as many seeds; `n_samples` in all.
+pub fn batches(
+    scene: &GpuScene,
+    camera: &Camera,
+    settings: &ReferenceSettings,
+    n_samples: u32,
+) -> Batches {
+    let sums = (0..N_BATCHES)
+        .map(|seed| {
+            render(scene, camera, &ReferenceSettings { seed, ..*settings }, n_samples / N_BATCHES)
+        })
+        .collect();
+    Batches { size: settings.size, sums }
+}
+
+/// Means over independent renderings with their standard errors.
+pub struct Estimate {
+    pub size: UVec2,
+    pub pixels: Vec<DVec3>,
+    pub pixel_errors: Vec<DVec3>,
+    pub mean: DVec3,
+    pub mean_error: DVec3,
+}
+
+impl Batches {
+    pub fn estimate(&self, channel: Channel) -> Estimate {
+        let pictures: Vec<Vec<DVec3>> = self
+            .sums
+            .iter()
+            .map(|sums| {
+                resolve(sums, self.size, channel).rgb.iter().map(|c| c.as_dvec3()).collect()
+            })
+            .collect();
+        let n_pixels = pictures[0].len();
+        let (pixels, pixel_errors) =
+            (0..n_pixels).map(|ix| mean_and_error(pictures.iter().map(|p| p[ix]))).unzip();
+        let means = pictures.iter().map(|p| p.iter().sum::<DVec3>() / n_pixels as f64);
+        let (mean, mean_error) = mean_and_error(means);
+        Estimate { size: self.size, pixels, pixel_errors, mean, mean_error }
+    }
+}
+
+fn mean_and_error(values: impl Iterator<Item = DVec3> + Clone) -> (DVec3, DVec3) {
+    let n = f64::from(N_BATCHES);
+    let mean = values.clone().sum::<DVec3>() / n;
+    let variance = values.map(|v| (v - mean) * (v - mean)).sum::<DVec3>() / (n - 1.0);
+    (mean, DVec3::from_array((variance / n).to_array().map(f64::sqrt)))
+}
+
+impl Estimate {
+    /// Compares with the truth of each pixel.
+    ///
+    /// * The picture's mean: within `tolerance` (relative), in each colour. The measured standard
+    ///   error must be at most a quarter of that: noise decides with a probability below 1e-4 (and
+    ///   always alike, for seeds are fixed).
+    /// * Each pixel: within 6 of its own standard errors (from 32 batches: Student's t of 31 degrees
+    ///   of freedom is beyond 6 with a probability of 1e-6), plus 3e-5 of the brightest value for the
+    ///   rounding of sums of up to 10⁴ f32, where there is no noise.
+    pub fn check(&self, what: &str, expected: &[DVec3], tolerance: f64) {
+        assert_eq!(expected.len(), self.pixels.len());
+        let truth = expected.iter().sum::<DVec3>() / expected.len() as f64;
+        let scale = truth.max(DVec3::splat(1e-300));
+        let error = ((self.mean - truth) / scale).abs().max_element();
+        let noise = (self.mean_error / scale).max_element();
+        let floor = 3e-5 * expected.iter().map(|v| v.max_element()).fold(0.0, f64::max);
+        let (mut worst, mut worst_ix) = (0.0, 0);
+        for (ix, ((&found, &sigma), &truth)) in
+            self.pixels.iter().zip(&self.pixel_errors).zip(expected).enumerate()
+        {
+            // NaN is the worst of all.
+            for c in 0..3 {
+                let off = (found[c] - truth[c]).abs() / (sigma[c] + floor / 6.0);
+                let off = match found[c] == truth[c] {
+                    true => 0.0,
+                    false if off.is_nan() => f64::INFINITY,
+                    false => off,
+                };
+                if off > worst {
+                    (worst, worst_ix) = (off, ix);
+                }
+            }
+        }
+        println!(
+            "{what}: mean off by {:.4} % ± {:.4} %, worst pixel by {worst:.1} sigma",
+            100.0 * error,
+            100.0 * noise
+        );
+        assert!(noise <= tolerance / 4.0, "{what}: {noise} is too noisy for {tolerance}");
+        assert!(
+            error <= tolerance,
+            "{what}: mean {} ± {}, expected {truth}",
+            self.mean,
+            self.mean_error
+        );
+        assert!(
+            worst <= 6.0,
+            "{what}: pixel {} of row {}: {} ± {}, expected {}",
+            worst_ix % self.size.x as usize,
+            worst_ix / self.size.x as usize,
+            self.pixels[worst_ix],
+            self.pixel_errors[worst_ix],
+            expected[worst_ix]
+        );
+    }
+
+    /// Compares with a truth that is the same everywhere.
+    pub fn check_all(&self, what: &str, expected: DVec3, tolerance: f64) {
+        self.check(what, &vec![expected; self.pixels.len()], tolerance);
+    }
+}
+
+/// Means over pixels of a function of the picture's plane, by Gauss' two points in 8×8 cells a
+/// pixel. Coordinates run from −1 to 1, to the right and *down*.
+pub fn over_pixels(size: UVec2, f: impl Fn(DVec2) -> DVec3) -> Vec<DVec3> {
+    const CELLS: u32 = 8;
+    let gauss = 0.5 / 3f64.sqrt();
+    let offsets: Vec<f64> = (0..CELLS)
+        .flat_map(|cell| {
+            [0.5 - gauss, 0.5 + gauss].map(|x| (f64::from(cell) + x) / f64::from(CELLS))
+        })
+        .collect();
+    let n = (offsets.len() * offsets.len()) as f64;
+    (0..size.y)
+        .flat_map(|y| (0..size.x).map(move |x| DVec2::new(f64::from(x), f64::from(y))))
+        .map(|pixel| {
+            let mut sum = DVec3::ZERO;
+            for &dy in &offsets {
+                for &dx in &offsets {
+                    sum += f(2.0 * (pixel + DVec2::new(dx, dy)) / size.as_dvec2() - 1.0);
+                }
+            }
+            sum / n
+        })
+        .collect()
+}
