@@ -12,7 +12,7 @@ const MAX_COORDINATE: f32 = 1e12;
 /// All triangles of a scene in world space, in one order.
 #[derive(Clone, Debug, Default)]
 pub struct WorldTriangles {
-    /// Corners [m], counter-clockwise seen from the front.
+    /// Corners \[m\], counter-clockwise seen from the front.
     pub positions: Vec<[Vec3; 3]>,
     /// Instance, triangle of its mesh, whether the transform mirrors.
     origins: Vec<Origin>,

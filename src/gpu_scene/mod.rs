@@ -1,4 +1,4 @@
-//! A [`Scene`](crate::scene::Scene) on the GPU, behind the host seam: bind group 0 of every kernel.
+//! A [`Scene`] on the GPU, behind the host seam: bind group 0 of every kernel.
 
 mod atlas;
 mod bvh;
@@ -211,7 +211,7 @@ impl GpuScene {
         self.rays
     }
 
-    /// World-space box of all triangles [m]; zeros if there are none.
+    /// World-space box of all triangles \[m\]; zeros if there are none.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         (self.info.bounds_min, self.info.bounds_max)
     }

@@ -47,7 +47,7 @@ impl Film {
         Self { size, stripes }
     }
 
-    /// Width and height [pixels].
+    /// Width and height \[pixels\].
     pub fn size(&self) -> UVec2 {
         self.size
     }
@@ -76,7 +76,7 @@ pub enum Channel {
     Albedo,
     /// World-space shading normal of the first surface, towards the camera; 0 where there is none.
     Normal,
-    /// Distance along the view axis [m], in all three components; 0 where there is no surface.
+    /// Distance along the view axis \[m\], in all three components; 0 where there is no surface.
     Depth,
 }
 

@@ -23,7 +23,7 @@ pub use film::{Channel, Film, Stripe, resolve};
 /// What to render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReferenceSettings {
-    /// Width and height [pixels].
+    /// Width and height \[pixels\].
     pub size: UVec2,
     /// Reflections after the first; 0: direct light only.
     pub n_bounces: u32,
@@ -56,7 +56,7 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
-    /// Compiles the kernel for the scene's [`RaySource`]; it serves every scene of the same source.
+    /// Compiles the kernel for the scene's [`RaySource`](crate::gpu_scene::RaySource); it serves every scene of the same source.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Self {
         let device = &gpu.device;
         let module = shader_module(gpu, "reference/path_trace", scene.rays());
