@@ -8,7 +8,8 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 const MIN_ALPHA: f64 = 1e-3;
 
-/// glTF 2.0 appendix B in f64, from the specification's own formulas: N·H, N·L, N·V.
+/// glTF 2.0 appendix B in f64, from the specification's own formulas: N·H, N·L, N·V. The diffuse
+/// weight is that of its B.3.6.3: (1 − F(N·L))·(1 − F(N·V)).
 #[derive(Clone, Copy, Debug)]
 struct Material {
     base: DVec3,
@@ -50,21 +51,60 @@ impl Material {
             return (DVec3::ZERO, 0.0);
         }
         let h = (wo + wi).normalize();
-        let fresnel = self.fresnel(wo.dot(h));
+        let transmitted = (1.0 - self.fresnel(wi.z)) * (1.0 - self.fresnel(wo.z));
         let specular = self.d(h) * self.v(wo, wi);
-        ((1.0 - fresnel) * self.diffuse() * FRAC_1_PI + fresnel * specular, specular)
+        let diffuse = transmitted * self.diffuse() * FRAC_1_PI;
+        (diffuse + self.fresnel(wo.dot(h)) * specular, specular)
+    }
+
+    /// ∫ f·cos dωᵢ term by term, each by the rule that suits it: the diffuse one by midpoints in
+    /// cos², the specular one by `n`² midpoints over the visible normals (E. Heitz, "Sampling the GGX
+    /// Distribution of Visible Normals", JCGT 7(4), 2018), over which it is smooth for every α.
+    fn albedo(&self, wo: DVec3, n: usize) -> DVec3 {
+        let midpoint = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        let mut diffuse = DVec3::ZERO;
+        for i in 0..1000 {
+            diffuse += (1.0 - self.fresnel(midpoint(i, 1000).sqrt())) / 1000.0;
+        }
+        diffuse *= (1.0 - self.fresnel(wo.z)) * self.diffuse();
+
+        let stretched = DVec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z).normalize();
+        let side = DVec3::Z.cross(stretched).try_normalize().unwrap_or(DVec3::X);
+        let other = stretched.cross(side);
+        let mut specular = DVec3::ZERO;
+        for i in 0..n * n {
+            // Midpoints in z = √(1 − r²): weights fall off steeply where it is small.
+            let (z, phi) = (midpoint(i % n, n), 2.0 * PI * midpoint(i / n, n));
+            let r = (1.0 - z * z).sqrt();
+            let (t1, s) = (r * phi.cos(), 0.5 * (1.0 + stretched.z));
+            let t2 = (1.0 - s) * (1.0 - t1 * t1).max(0.0).sqrt() + s * r * phi.sin();
+            let t3 = (1.0 - t1 * t1 - t2 * t2).max(0.0).sqrt();
+            let h = t1 * side + t2 * other + t3 * stretched;
+            let h = DVec3::new(self.alpha * h.x, self.alpha * h.y, h.z.max(0.0)).normalize();
+            let wi = 2.0 * wo.dot(h) * h - wo;
+            if wi.z > 0.0 {
+                let lobe = self.d(h) * self.v(wo, wi) * wi.z;
+                specular += 2.0 * z * self.fresnel(wo.dot(h)) * lobe / self.visible_about(wo, h);
+            }
+        }
+        diffuse + specular / (n * n) as f64
     }
 
     fn specular_probability(&self, wo: DVec3) -> f64 {
         let fresnel = self.fresnel(wo.z);
         let specular = fresnel.element_sum();
-        let diffuse = ((1.0 - fresnel) * self.diffuse()).element_sum();
+        // 2∫(1 − F(x))·x dx = (1 − f₀)·20/21.
+        let mean = (1.0 - self.fresnel(1.0)) * 20.0 / 21.0;
+        let diffuse = ((1.0 - fresnel) * mean * self.diffuse()).element_sum();
         if diffuse == 0.0 { 1.0 } else { (specular / (specular + diffuse)).clamp(0.1, 0.9) }
     }
 
     /// Visible normals (Heitz 2018): G₁·max(0, wo·h)·D/cos_o, times dh/dwi = 1/(4·wo·h).
     fn visible(&self, wo: DVec3, wi: DVec3) -> f64 {
-        let h = (wo + wi).normalize();
+        self.visible_about(wo, (wo + wi).normalize())
+    }
+
+    fn visible_about(&self, wo: DVec3, h: DVec3) -> f64 {
         let tan_square = (1.0 - wo.z * wo.z).max(0.0) / (wo.z * wo.z);
         let lambda = ((1.0 + self.alpha * self.alpha * tan_square).sqrt() - 1.0) / 2.0;
         self.d(h) / (1.0 + lambda) / (4.0 * wo.z)
@@ -237,13 +277,93 @@ fn mirrored(wo: Vec3) -> DVec3 {
     DVec3::new(-f64::from(wo.x), -f64::from(wo.y), f64::from(wo.z))
 }
 
-/// Albedos of white materials by quadrature of the kernel's f·cos, 96 × 96 points about the mirror
-/// direction (the lobe's error by this rule is below 3e-3).
-///
-/// Metals never reflect more than all. Dielectrics do, by the model (see the module's header): never
-/// at incidences up to 45°, and towards the horizon up to the bound asserted here.
+const ROUGHNESSES: [f32; 12] = [0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
+
+/// The model in f64 never reflects more than all: 12 roughnesses (the first is the least α), 8
+/// metallic factors, 3 greys, 0° to 88° by 2° and closer to the horizon. The quadrature's own error,
+/// up to 6e-4, gets no allowance: white metals sum weights of at most 1, and all others stay below.
 #[test]
-fn white_furnace_bounds_the_albedo() {
+fn metallic_roughness_conserves_energy_in_f64() {
+    let mut worst = (0.0, String::new());
+    let mut worst_mixed = (0.0, String::new());
+    for roughness in ROUGHNESSES {
+        for metallic in [0.0f32, 0.02, 0.1, 0.3, 0.5, 0.8, 0.99, 1.0] {
+            let m = Material::new(Vec3::new(1.0, 0.9, 0.5), metallic, roughness);
+            let angles = (0..45).map(|i| 2.0 * f64::from(i)).chain([89.0, 89.5, 89.9, 89.999]);
+            for degrees in angles {
+                let (sin, cos) = f64::sin_cos(degrees.to_radians());
+                let albedo = m.albedo(DVec3::new(0.8 * sin, 0.6 * sin, cos), 60);
+                let what = format!("roughness {roughness}, metallic {metallic}, {degrees}°");
+                assert!(albedo.max_element() <= 1.0 + 1e-12, "{what}: {albedo}");
+                let worst = if metallic <= 0.5 { &mut worst_mixed } else { &mut worst };
+                if albedo.max_element() > worst.0 {
+                    *worst = (albedo.max_element(), what);
+                }
+            }
+        }
+    }
+    eprintln!("largest albedo: {worst:?}; up to metallic 0.5: {worst_mixed:?}");
+}
+
+/// The kernel's mean weight over its own draws, 4096 Hammersley points for either lobe,
+/// is the albedo in f64, for white materials, every roughness and 1° to 90° above the surface; and
+/// it is at most 1 (but for rounding: 2e-6).
+#[test]
+fn metallic_roughness_sampler_conserves_energy() {
+    const N: u32 = 4096;
+    let mut worst = (0.0f64, String::new());
+    let mut error = 0.0f64;
+    for roughness in ROUGHNESSES {
+        let mut inputs = Vec::new();
+        let mut configurations = Vec::new();
+        for metallic in [0.0f32, 0.1, 0.5, 0.9, 1.0] {
+            for degrees in [0.0f64, 20.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0, 89.0] {
+                let wo = direction_at(degrees.to_radians());
+                configurations.push((metallic, degrees, wo));
+                for lobe in [0.0, 1.0 - f32::EPSILON] {
+                    for i in 0..N {
+                        let inverse = (i.reverse_bits() >> 8) as f32 / 16_777_216.0;
+                        let wi = Vec3::new((i as f32 + 0.5) / N as f32, inverse, lobe);
+                        inputs.push(Input {
+                            base: Vec3::ONE,
+                            metallic,
+                            wo,
+                            roughness,
+                            wi,
+                            pad: 0.0,
+                        });
+                    }
+                }
+            }
+        }
+        let outputs = sample(&inputs);
+        for (chunk, (metallic, degrees, wo)) in configurations.into_iter().enumerate() {
+            let m = Material::new(Vec3::ONE, metallic, roughness);
+            let mean = |half: usize| {
+                let from = (2 * chunk + half) * N as usize;
+                let weights = outputs[from..from + N as usize].iter().map(|o| f64::from(o[1].x));
+                weights.sum::<f64>() / f64::from(N)
+            };
+            let p = m.specular_probability(wo.as_dvec3());
+            let albedo = p * mean(0) + (1.0 - p) * mean(1);
+            let expected = m.albedo(wo.as_dvec3(), 100).x;
+            let what = format!("roughness {roughness}, metallic {metallic}, {degrees}°");
+            assert!(albedo <= 1.0 + 2e-6, "{what}: {albedo}");
+            assert!((albedo - expected).abs() < 1e-3, "{what}: {albedo} for {expected}");
+            error = error.max((albedo - expected).abs());
+            if albedo > worst.0 {
+                worst = (albedo, what);
+            }
+        }
+    }
+    eprintln!("largest albedo: {worst:?}; largest error {error:.1e}");
+}
+
+/// Albedos of white materials by quadrature of the kernel's f·cos, 96 × 96 points about the mirror
+/// direction (the lobe's error by this rule is below 3e-3), whatever the sampler does: those in f64,
+/// and so at most 1.
+#[test]
+fn white_furnace_matches_the_albedo() {
     let mut inputs = Vec::new();
     let mut configurations = Vec::new();
     let mut weights = Vec::new();
@@ -256,7 +376,7 @@ fn white_furnace_bounds_the_albedo() {
                     continue;
                 }
                 let nodes = Chart::about(mirrored(wo), 4.0, [1, 1]).nodes(96, 96);
-                configurations.push((roughness, metallic, degrees));
+                configurations.push((roughness, metallic, degrees, wo));
                 for (wi, weight) in nodes {
                     let (base, wi) = (Vec3::ONE, wi.as_vec3());
                     inputs.push(Input { base, metallic, wo, roughness, wi, pad: 0.0 });
@@ -266,30 +386,20 @@ fn white_furnace_bounds_the_albedo() {
         }
     }
     let outputs = evaluate(&inputs);
-    let mut worst = [0.0f64; 3];
-    for (chunk, &(roughness, metallic, degrees)) in configurations.iter().enumerate() {
+    let mut worst = [0.0f64; 2];
+    for (chunk, &(roughness, metallic, degrees, wo)) in configurations.iter().enumerate() {
         let range = chunk * 96 * 96..(chunk + 1) * 96 * 96;
         let albedo: f64 = outputs[range.clone()]
             .iter()
             .zip(&weights[range])
             .map(|(o, w)| f64::from(o[0].x) * w)
             .sum();
-        let what = format!("roughness {roughness}, metallic {metallic}, {degrees}°: {albedo:.4}");
-        let kind = if metallic == 1.0 {
-            0
-        } else if degrees <= 45.0 {
-            1
-        } else {
-            2
-        };
-        worst[kind] = worst[kind].max(albedo);
-        let limit = [1.003, 1.003, 1.7][kind];
-        assert!(albedo > 0.3 && albedo < limit, "{what}");
+        let expected = Material::new(Vec3::ONE, metallic, roughness).albedo(wo.as_dvec3(), 100).x;
+        let what = format!("roughness {roughness}, metallic {metallic}, {degrees}°");
+        assert!((albedo - expected).abs() < 3e-3, "{what}: {albedo:.4} for {expected:.4}");
+        worst = [worst[0].max(albedo), worst[1].max((albedo - expected).abs())];
     }
-    eprintln!(
-        "largest albedo: metals {:.4}, others to 45° {:.4}, beyond {:.4}",
-        worst[0], worst[1], worst[2]
-    );
+    eprintln!("largest albedo {:.4}, largest error {:.1e}", worst[0], worst[1]);
 }
 
 fn sampling_cases() -> Vec<(Vec3, f32, f32, f64)> {
@@ -298,6 +408,8 @@ fn sampling_cases() -> Vec<(Vec3, f32, f32, f64)> {
         (colour, 0.0, 1.0, 0.3),
         (colour, 0.0, 0.5, 1.2),
         (colour, 0.0, 0.2, 1.5),
+        (Vec3::ONE, 0.0, 0.15, 1.4),
+        (Vec3::ONE, 0.2, 0.9, 1.55),
         (colour, 0.5, 0.7, 0.8),
         (colour, 1.0, 1.0, 1.4),
         (colour, 1.0, 0.6, 0.0),
@@ -308,7 +420,7 @@ fn sampling_cases() -> Vec<(Vec3, f32, f32, f64)> {
     ]
 }
 
-/// Chi-square of the directions against the density in f64 (failed draws are one more bin), for 10
+/// Chi-square of the directions against the density in f64 (failed draws are one more bin), for 12
 /// materials; every draw's pdf and weight = f·cos/pdf against f64; the mean weight is the albedo by
 /// quadrature within 6 standard errors.
 #[test]
