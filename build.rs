@@ -8,6 +8,7 @@
 mod shader;
 
 use shader::{CheckedKernel, CheckedTree, OVERLAYS, VARIANTS, Variant};
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -36,11 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     };
     for variant in VARIANTS {
-        let tree_dir = match variant.name {
-            "" => wgsl.clone(),
-            name => stage_overlay(&wgsl, &out, name)?,
-        };
-        generate_bindings(&tree, &tree_dir, &out, variant)?;
+        let staged = stage(&tree, &wgsl, &out, variant)?;
+        generate_bindings(&tree, &staged, &out, variant)?;
     }
     fs::write(out.join("modules.rs"), modules_table(&tree, &root)?)?;
     fs::write(out.join("kernels.rs"), kernels_table(&tree, &root, &out)?)?;
@@ -48,13 +46,42 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Copies the tree with a variant's files in their places, for wgsl_bindgen reads only files.
-fn stage_overlay(wgsl: &Path, out: &Path, variant: &str) -> Result<PathBuf, Box<dyn Error>> {
-    let staged = out.join("staged").join(variant);
+///
+/// It also refuses bind groups with a gap, and a kernel that asks nothing of the host seam has no
+/// group 0: such gaps get a binding that nobody uses, in the copy alone. The pipeline's layout then
+/// has `None` at that place.
+fn stage(
+    tree: &CheckedTree,
+    wgsl: &Path,
+    out: &Path,
+    variant: &Variant,
+) -> Result<PathBuf, Box<dyn Error>> {
+    let staged = out.join(format!("staged{}", suffix(variant.name)));
     if staged.exists() {
         fs::remove_dir_all(&staged)?;
     }
     copy_tree(wgsl, &staged)?;
-    copy_tree(&wgsl.join(OVERLAYS).join(variant), &staged)?;
+    let overlay = wgsl.join(OVERLAYS).join(variant.name);
+    if !variant.name.is_empty() && overlay.exists() {
+        copy_tree(&overlay, &staged)?;
+    }
+    for kernel in tree.kernels.iter().filter(|kernel| kernel.variant == variant.name) {
+        let globals = kernel.module.global_variables.iter();
+        let groups: BTreeSet<u32> =
+            globals.filter_map(|(_, global)| Some(global.binding?.group)).collect();
+        let Some(&last) = groups.last() else { continue };
+        let gaps: String = (0..last)
+            .filter(|group| !groups.contains(group))
+            .map(|group| {
+                format!("\n@group({group}) @binding(0) var<uniform> no_group_{group}x: u32;\n")
+            })
+            .collect();
+        if !gaps.is_empty() {
+            let file = staged.join(shader::KERNELS).join(format!("{}.wgsl", kernel.name));
+            let text = fs::read_to_string(&file)?;
+            fs::write(&file, text + &gaps)?;
+        }
+    }
     Ok(staged)
 }
 

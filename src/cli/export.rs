@@ -39,11 +39,13 @@ pub fn export(arguments: &ExportArguments) -> CommandResult {
             continue;
         }
         let Some(wgsl) = kernel.composed else {
-            errln!(
-                "note: {} ({}) is left out: naga does not write ray queries as WGSL",
-                kernel.name,
-                kernel.variant
-            );
+            // Worth a word only to someone who named the kernel.
+            if !arguments.kernels.is_empty() {
+                eprintln!(
+                    "note: the {} variant of {} is left out: naga does not write it as WGSL",
+                    kernel.variant, kernel.name
+                );
+            }
             continue;
         };
         let file = arguments.output.join(kernel.variant).join(format!("{}.wgsl", kernel.name));

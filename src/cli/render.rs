@@ -97,8 +97,8 @@ pub struct RenderArguments {
     /// Frames to accumulate; the reference takes one sample per pixel and frame.
     #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
-    /// Reflections after the first.
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    /// Reflections after the first; 0: direct light only.
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=1000))]
     bounces: u32,
     #[command(flatten)]
     output: OutputArguments,
@@ -183,6 +183,11 @@ fn trace(
             std::process::exit(130);
         }
     })?;
+    if info.device_type == wgpu::DeviceType::Cpu {
+        eprintln!(
+            "note: a software driver compiles the kernel first, for 5 to 30 s; it keeps the result for next time"
+        );
+    }
     let mut meter = Meter::new("path tracing");
     let (film, stats) =
         render_reference(&gpu, &gpu_scene, &camera, &settings, n_samples, |progress| {

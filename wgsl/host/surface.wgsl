@@ -31,6 +31,8 @@ struct Surface {
     emission: vec3<f32>,
     /// Emission leaves the back as well.
     double_sided: bool,
+    /// Reflects as Lambert with `base_color` for its albedo; metallic and roughness do not count.
+    lambert: bool,
 }
 
 /// Linear RGBA in 0..1 of four 16-bit unorms: red and green, then blue and alpha, low halves first.
@@ -121,7 +123,8 @@ fn surface_at(triangle_ix: u32, weights: vec2<f32>) -> Surface {
     surface.double_sided = (materials[material_ix].flags & MATERIAL_DOUBLE_SIDED) != 0u;
     surface.metallic = 0.0;
     surface.roughness = 1.0;
-    if scene.diffuse_only == 0u {
+    surface.lambert = scene.diffuse_only != 0u;
+    if !surface.lambert {
         surface.metallic = materials[material_ix].metallic;
         surface.roughness = materials[material_ix].roughness;
         if materials[material_ix].metallic_roughness_texture.size.x != 0u {

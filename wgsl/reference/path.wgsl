@@ -16,7 +16,6 @@
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::host::lights::{sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
 #import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
-#import lucerna::host::scene::scene
 #import lucerna::host::sky::sky_radiance
 #import lucerna::host::surface::{Surface, surface_at}
 #import lucerna::math::constants::FLOAT_MAX
@@ -215,7 +214,7 @@ fn advance(
             surface.metallic,
             surface.roughness,
         ),
-        white || scene.diffuse_only != 0u,
+        white || surface.lambert,
         -direction * frame,
     );
     let stream = stream_of(settings, pixel);

@@ -36,7 +36,7 @@ pub fn measure(
         }
         let samples = f64::from(SAMPLES * settings.size.x * settings.size.y);
         rows.push(Row {
-            name: format!("{name}, 320x180, 8 segments"),
+            name: format!("{name}, 320x180, 6 bounces"),
             value: samples / best / 1e6,
             unit: "Msamples/s",
             ratio: None,
