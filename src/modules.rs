@@ -1,7 +1,6 @@
 //! The WGSL that lucerna is made of, as data: what a renderer takes into its own frame.
 
 use crate::gpu::Gpu;
-use crate::gpu_scene::RaySource;
 use crate::shader::{Library, Resources, Source, variant};
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -122,11 +121,11 @@ pub fn variant_library(variant: &str) -> Library {
 }
 
 /// A kernel for a device: the build's WGSL, or for ray queries naga's IR composed now.
-pub(crate) fn shader_module(gpu: &Gpu, name: &'static str, rays: RaySource) -> wgpu::ShaderModule {
-    let variant_name = match rays {
-        RaySource::Software => "",
-        RaySource::RayQuery => "ray_query",
-    };
+pub(crate) fn shader_module(
+    gpu: &Gpu,
+    name: &'static str,
+    variant_name: &'static str,
+) -> wgpu::ShaderModule {
     let kernel = KERNELS.iter().find(|k| k.name == name && k.variant == variant_name);
     let kernel = kernel.expect("kernels are named by the crate itself");
     let source = match kernel.composed {

@@ -24,10 +24,12 @@ pub struct RayKernel {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
     question: RayQuestion,
+    variant: &'static str,
 }
 
 impl RayKernel {
-    /// Compiles the kernel for the scene's source of rays.
+    /// Compiles the kernel in the scene's [variant](GpuScene::variant); it serves every scene of the
+    /// same variant.
     pub fn new(gpu: &Gpu, scene: &GpuScene, question: RayQuestion) -> Self {
         let device = &gpu.device;
         let (name, layout, entry) = match question {
@@ -42,7 +44,7 @@ impl RayKernel {
                 any_hit::ENTRY_MAIN,
             ),
         };
-        let module = shader_module(gpu, name, scene.rays());
+        let module = shader_module(gpu, name, scene.variant());
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(name),
             bind_group_layouts: &[Some(scene.layout()), Some(&layout)],
@@ -56,12 +58,15 @@ impl RayKernel {
             compilation_options: Default::default(),
             cache: None,
         });
-        Self { pipeline, layout, question }
+        Self { pipeline, layout, question, variant: scene.variant() }
     }
 
     /// Records the rays in as many dispatches as WebGPU's limit on workgroups asks for.
     ///
     /// `rays`: `n_rays` [`Ray`]s; `answers`: as many [`Hit`]s or u32; both storage buffers.
+    ///
+    /// # Panics
+    /// If the scene's variant is another than the one that the kernel was compiled for.
     #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
     pub fn record(
         &self,
@@ -73,6 +78,7 @@ impl RayKernel {
         n_rays: u32,
         timestamps: Option<wgpu::ComputePassTimestampWrites>,
     ) {
+        assert_eq!(self.variant, scene.variant(), "the kernel was compiled for another variant");
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("rays"),
             timestamp_writes: timestamps,

@@ -185,7 +185,7 @@ fn trace(
     })?;
     if info.device_type == wgpu::DeviceType::Cpu {
         eprintln!(
-            "note: a software driver compiles the kernel first, for 5 to 30 s; it keeps the result for next time"
+            "compiling reference/path_trace (some seconds; the driver keeps it for next time)"
         );
     }
     let mut meter = Meter::new("path tracing");

@@ -143,6 +143,11 @@ impl Atlas {
         })
     }
 
+    /// Images in the atlas, each once for each encoding.
+    pub fn n_images(&self) -> usize {
+        self.places.len()
+    }
+
     /// How a material reads a texture.
     pub fn slot(
         &self,

@@ -71,6 +71,7 @@ pub struct GpuScene {
     bind_group: wgpu::BindGroup,
     memory: SceneMemory,
     skipped_triangles: usize,
+    textured: bool,
     // An acceleration structure must outlive its use; the bind group holds the buffers.
     _acceleration: Option<(wgpu::Blas, wgpu::Tlas)>,
 }
@@ -192,6 +193,7 @@ impl GpuScene {
             bind_group,
             memory,
             skipped_triangles: world.skipped,
+            textured: atlas.n_images() > 0,
             _acceleration: acceleration,
         })
     }
@@ -209,6 +211,15 @@ impl GpuScene {
     /// What answers rays.
     pub fn rays(&self) -> RaySource {
         self.rays
+    }
+
+    /// The row of [`VARIANTS`](crate::shader::VARIANTS) in which kernels run on this scene.
+    pub fn variant(&self) -> &'static str {
+        match self.rays {
+            RaySource::RayQuery => "ray_query",
+            RaySource::Software if self.textured => "",
+            RaySource::Software => "untextured",
+        }
     }
 
     /// World-space box of all triangles \[m\]; zeros if there are none.

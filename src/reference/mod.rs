@@ -53,13 +53,15 @@ pub struct Work {
 pub struct PathTracer {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
+    variant: &'static str,
 }
 
 impl PathTracer {
-    /// Compiles the kernel for the scene's [`RaySource`](crate::gpu_scene::RaySource); it serves every scene of the same source.
+    /// Compiles the kernel in the scene's [variant](GpuScene::variant); it serves every scene of the
+    /// same variant.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Self {
         let device = &gpu.device;
-        let module = shader_module(gpu, "reference/path_trace", scene.rays());
+        let module = shader_module(gpu, "reference/path_trace", scene.variant());
         let layout = kernel::WgpuBindGroup1::get_bind_group_layout(device);
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("reference/path_trace"),
@@ -74,7 +76,7 @@ impl PathTracer {
             compilation_options: Default::default(),
             cache: None,
         });
-        Self { pipeline, layout }
+        Self { pipeline, layout, variant: scene.variant() }
     }
 
     /// Records one dispatch. Samples of one pixel must be recorded in order.
@@ -82,7 +84,8 @@ impl PathTracer {
     /// `timestamps`: where the pass writes its begin and end, if it is to be timed.
     ///
     /// # Panics
-    /// If `work` lies outside the film, as a slice would.
+    /// If `work` lies outside the film, as a slice would, or the scene's variant is another than the
+    /// one that the kernel was compiled for.
     #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
     pub fn record(
         &self,
@@ -95,6 +98,7 @@ impl PathTracer {
         work: Work,
         timestamps: Option<wgpu::ComputePassTimestampWrites>,
     ) {
+        assert_eq!(self.variant, scene.variant(), "the kernel was compiled for another variant");
         let stripe = &film.stripes()[work.stripe];
         let inside = work.first_row >= stripe.first_row
             && work.first_row + work.n_rows <= stripe.first_row + stripe.n_rows;

@@ -23,13 +23,17 @@ pub struct Variant {
 /// What plain WebGPU has and naga asks for: `pack2x16float` and its kin (they need no f16).
 pub const BASELINE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
+/// Kernels that ask the host seam.
+const SCENE_KERNELS: &[&str] = &["rays/nearest_hit", "rays/any_hit", "reference/path_trace"];
+
 /// Every variant there is; the baseline stands first.
 pub const VARIANTS: &[Variant] = &[
     Variant { name: "", capabilities: BASELINE, kernels: None },
+    Variant { name: "untextured", capabilities: BASELINE, kernels: Some(SCENE_KERNELS) },
     Variant {
         name: "ray_query",
         capabilities: BASELINE.union(Capabilities::RAY_QUERY),
-        kernels: Some(&["rays/nearest_hit", "rays/any_hit", "reference/path_trace"]),
+        kernels: Some(SCENE_KERNELS),
     },
 ];
 

@@ -78,7 +78,8 @@ pub fn has_adapter() -> bool {
             eprintln!("skipped: {}", doctor.stderr);
             return false;
         }
-        let folder = empty_folder("warm_up");
+        // Test runners start a process for each test: two may warm up at once.
+        let folder = empty_folder(&format!("warm_up_{}", std::process::id()));
         let output = folder.join("warm.exr");
         run(&["reference", &cornell(), "--size=8x8", "--spp=1", "-o", path(&output)]).exits(0);
         true

@@ -88,13 +88,15 @@ pub fn on_gpu(scene: &Scene, diffuse_only: bool, rays: RaySource) -> GpuScene {
     GpuScene::new(gpu(), scene, GpuSceneOptions { diffuse_only, rays }).unwrap()
 }
 
-/// One kernel a source of rays serves all tests.
+/// One kernel a variant serves all tests.
 fn tracer(scene: &GpuScene) -> &'static PathTracer {
-    static SOFTWARE: OnceLock<PathTracer> = OnceLock::new();
+    static UNTEXTURED: OnceLock<PathTracer> = OnceLock::new();
+    static TEXTURED: OnceLock<PathTracer> = OnceLock::new();
     static RAY_QUERY: OnceLock<PathTracer> = OnceLock::new();
-    let cell = match scene.rays() {
-        RaySource::Software => &SOFTWARE,
-        RaySource::RayQuery => &RAY_QUERY,
+    let cell = match scene.variant() {
+        "untextured" => &UNTEXTURED,
+        "" => &TEXTURED,
+        _ => &RAY_QUERY,
     };
     cell.get_or_init(|| PathTracer::new(gpu(), scene))
 }

@@ -120,14 +120,22 @@ fn text_that_is_not_utf8_is_refused_at_the_first_wrong_byte() {
 fn overlays_that_no_variant_takes_are_refused() {
     let root = fixtures("broken_wgsl/overlay_of_no_variant");
     let file = "variants/ray_querry/host/rays.wgsl";
-    assert_one(&root, VARIANTS, (Rule::UnknownVariant, file, 1, 1, "there is ray_query"));
+    assert_one(
+        &root,
+        VARIANTS,
+        (Rule::UnknownVariant, file, 1, 1, "there is untextured, ray_query"),
+    );
     let repaired = copy_of("overlay_of_no_variant", "repaired").join("variants");
     fs::rename(repaired.join("ray_querry"), repaired.join("ray_query")).unwrap();
     check_tree(repaired.parent().unwrap(), VARIANTS).unwrap();
 
     let root = fixtures("broken_wgsl/overlay_in_no_folder");
     let file = "variants/rays.wgsl";
-    assert_one(&root, VARIANTS, (Rule::UnknownVariant, file, 1, 1, "there is ray_query"));
+    assert_one(
+        &root,
+        VARIANTS,
+        (Rule::UnknownVariant, file, 1, 1, "there is untextured, ray_query"),
+    );
     let repaired = copy_of("overlay_in_no_folder", "repaired");
     fs::remove_file(repaired.join(file)).unwrap();
     check_tree(&repaired, VARIANTS).unwrap();
@@ -224,6 +232,12 @@ fn good_tree_gives_its_modules_and_kernels() {
             },
         ),
         ("rays/any_hit", "", Resources { storage_buffers: 2, seam_storage_buffers: 1, ..any_hit }),
+        // No overlay here: the same as the baseline.
+        (
+            "rays/any_hit",
+            "untextured",
+            Resources { storage_buffers: 2, seam_storage_buffers: 1, ..any_hit },
+        ),
         ("rays/any_hit", "ray_query", any_hit),
     ];
     let found: Vec<_> =
