@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Brings what the cache knows into a new structure: after something moved, or the grid did.
+//!
+//! A voxel that was occupied before keeps its faces' records; a new one starts from nothing.
+//!
+//! Dispatch: indirect, one invocation a slot of the new structure, 64 a workgroup, workgroups in rows of
+//! at most 32768. Workgroup memory: none. Each invocation owns its voxel's records.
+
+#import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
+#import lucerna::voxel::grid::{VoxelGrid, is_inside, unpack_cell}
+#import lucerna::voxel_rt::cache::FaceLight
+
+const WORKGROUP: u32 = 64u;
+
+struct CarryInfo {
+    /// Cells that the new grid's corner lies from the old one's.
+    shift: vec3<i32>,
+    /// How much of what is carried counts from now on, in [0, 1].
+    keep: f32,
+}
+
+@group(1) @binding(0) var<uniform> grid: VoxelGrid;
+@group(1) @binding(1) var<uniform> info: CarryInfo;
+/// x: occupied voxels of the new structure.
+@group(1) @binding(2) var<uniform> counts: vec4<u32>;
+@group(1) @binding(3) var<storage, read> structure: array<vec2<u32>>;
+@group(1) @binding(4) var<storage, read> structure_before: array<vec2<u32>>;
+@group(1) @binding(5) var<storage, read> before: array<FaceLight>;
+@group(1) @binding(6) var<storage, read_write> after: array<FaceLight>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let slot = (group.y * n_groups.x + group.x) * WORKGROUP + local;
+    if slot >= counts.x {
+        return;
+    }
+    let n_bricks = grid.bricks.x * grid.bricks.y * grid.bricks.z;
+    let cell = vec3<i32>(unpack_cell(structure[n_bricks + slot].x)) + info.shift;
+    var slot_before = NO_SLOT;
+    if is_inside(grid, cell) {
+        let brick = structure_before[brick_of_cell(grid, vec3<u32>(cell))];
+        slot_before = slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
+    }
+    for (var face = 0u; face < grid.n_faces; face++) {
+        var light: FaceLight;
+        if slot_before != NO_SLOT {
+            light = before[slot_before * grid.n_faces + face];
+            light.n_hits *= info.keep;
+            light.n_rays *= info.keep;
+        }
+        after[slot * grid.n_faces + face] = light;
+    }
+}
