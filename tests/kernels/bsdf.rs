@@ -599,3 +599,40 @@ fn lambert_matches_its_closed_forms() {
     let directions = outputs[64..].iter().map(|o| o[0].truncate().as_dvec3());
     assert_chi_square("lambert", &chart.count(directions), &expected);
 }
+
+/// The fitted directional albedo against the model's own by quadrature. The module states 0.03 for
+/// each of the fit's two terms; f₀ ≤ 1 weighs the first, so both together may be off by 0.05.
+#[test]
+fn directional_albedo_is_near_the_integral() {
+    let wgsl = "#import lucerna::bsdf::metallic_roughness::metallic_roughness
+        #import lucerna::bsdf::directional_albedo::directional_albedo
+        struct Input { base: vec3<f32>, metallic: f32, roughness: f32, cosine: f32, pad: vec2<f32> }
+        struct Output { albedo: vec4<f32> }
+        fn map(in: Input) -> Output {
+            let m = metallic_roughness(in.base, in.metallic, in.roughness);
+            return Output(vec4<f32>(directional_albedo(m, in.cosine), 0.0));
+        }";
+    let base = Vec3::new(1.0, 0.6, 0.1);
+    let mut inputs = Vec::new();
+    for roughness in ROUGHNESSES.into_iter().filter(|&roughness| roughness >= 0.2) {
+        for metallic in [0.0f32, 0.5, 1.0] {
+            for degrees in (0..=85).step_by(5) {
+                let cosine = f64::from(degrees).to_radians().cos() as f32;
+                inputs.push([base.x, base.y, base.z, metallic, roughness, cosine, 0.0, 0.0]);
+            }
+        }
+    }
+    let mut worst = (0.0, [0.0; 8]);
+    for (input, out) in inputs.iter().zip(map::<_, [f32; 4]>(wgsl, &inputs)) {
+        let cosine = f64::from(input[5]);
+        let wo = DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
+        let expected = Material::new(base, input[3], input[4]).albedo(wo, 60);
+        let error = (Vec3::from_slice(&out[..3]).as_dvec3() - expected).abs().max_element();
+        if error > worst.0 {
+            worst = (error, *input);
+        }
+        assert!(out[..3].iter().all(|&x| (0.0..=1.0).contains(&x)), "{input:?}: {out:?}");
+    }
+    eprintln!("largest error {worst:?}");
+    assert!(worst.0 <= 0.05, "{worst:?}");
+}
