@@ -169,26 +169,35 @@ struct Renewal {
     new_hits: f32,
     new_indirect: [f32; 3],
     new_rays: f32,
+    depth: f32,
+    new_depth: f32,
     keep: f32,
     max_rays: f32,
-    reserved: [f32; 2],
 }
 
-const RENEW: &str = "#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, renew, coverage}
-    struct Input { before: FaceLight, samples: FaceSamples, keep: f32, max_rays: f32, reserved: vec2<f32> }
-    struct Output { after: FaceLight, coverage: f32 }
+const RENEW: &str = "#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, renew, coverage, ray_count, hit_depth}
+    struct Input {
+        direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32,
+        new_direct: vec3<f32>, new_hits: f32, new_indirect: vec3<f32>, new_rays: f32,
+        depth: f32, new_depth: f32, keep: f32, max_rays: f32,
+    }
+    struct Output { direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32, depth: f32, coverage: f32, pad: vec2<f32> }
     fn map(in: Input) -> Output {
-        let after = renew(in.before, in.samples, in.keep, in.max_rays);
-        return Output(after, coverage(after));
+        let before = FaceLight(in.direct, in.n_hits, in.indirect, pack2x16float(vec2<f32>(in.n_rays, in.depth)));
+        let samples = FaceSamples(in.new_direct, in.new_hits, in.new_indirect, in.new_rays, in.new_depth);
+        let after = renew(before, samples, in.keep, in.max_rays);
+        return Output(after.direct, after.n_hits, after.indirect, ray_count(after), hit_depth(after), coverage(after), vec2<f32>());
     }";
 
-/// A record is a convex mixture of old and new: against the formula in f64, and energy-preserving:
-/// equal old and new means stay. Tolerance: 8 roundings of the result.
+/// A record is a convex mixture of old and new, against the formula in f64. Tolerances: 8 roundings
+/// of f32 for the light; half an ulp of a 16-bit float (2⁻¹¹) for rays and depth, and its sum with the
+/// former for their quotient.
 #[test]
 fn renewal_is_a_weighted_mean() {
     let mut random = Random(4);
     let mut inputs: Vec<Renewal> = (0..10_000)
         .map(|_| {
+            // Whole numbers up to 2048 and quarters are exact in 16 bits.
             let (n_rays, new_rays) =
                 (random.range(0.0, 300.0).floor(), random.range(1.0, 9.0).floor());
             let n_hits = (random.unit() * n_rays).floor();
@@ -204,9 +213,10 @@ fn renewal_is_a_weighted_mean() {
                 new_hits,
                 new_indirect: std::array::from_fn(|_| random.unit() * scale * new_hits),
                 new_rays,
+                depth: 0.25 * (random.bits() % 5) as f32,
+                new_depth: random.unit() * new_hits,
                 keep: [0.0, 0.5, 1.0][random.bits() as usize % 3],
-                max_rays: [16.0, 256.0, 1e9][random.bits() as usize % 3],
-                reserved: [0.0; 2],
+                max_rays: [16.0, 256.0, 2048.0][random.bits() as usize % 3],
             }
         })
         .collect();
@@ -218,19 +228,106 @@ fn renewal_is_a_weighted_mean() {
             f(input.keep) * if f(input.n_rays) > room { room / f(input.n_rays) } else { 1.0 };
         let rays = fade * f(input.n_rays) + f(input.new_rays);
         let hits = fade * f(input.n_hits) + f(input.new_hits);
-        let close = |got: f32, want: f64| (f(got) - want).abs() <= 5e-7 * want.abs();
-        assert!(close(out[7], rays) && close(out[3], hits), "{input:?}\n{out:?}");
-        assert!(f(out[7]) <= f(input.max_rays).max(f(input.new_rays)) * 1.000001);
+        let within =
+            |got: f32, want: f64, tolerance: f64| (f(got) - want).abs() <= tolerance * want.abs();
+        let half_ulp = 0.5f64.powi(11);
+        assert!(within(out[3], hits, 5e-7) && within(out[7], rays, half_ulp), "{input:?}\n{out:?}");
+        assert!(f(out[7]) <= f(input.max_rays).max(f(input.new_rays)) * (1.0 + half_ulp));
+        let mean = |old: f32, new: f32| {
+            if hits > 0.0 { (f(old) * fade * f(input.n_hits) + f(new)) / hits } else { 0.0 }
+        };
         for k in 0..3 {
-            let mean = |old: f32, new: f32| {
-                if hits > 0.0 { (f(old) * fade * f(input.n_hits) + f(new)) / hits } else { 0.0 }
-            };
-            assert!(
-                close(out[k], mean(input.direct[k], input.new_direct[k])),
-                "{input:?}\n{out:?}"
-            );
-            assert!(close(out[4 + k], mean(input.indirect[k], input.new_indirect[k])));
+            let direct = mean(input.direct[k], input.new_direct[k]);
+            assert!(within(out[k], direct, 5e-7), "{input:?}\n{out:?}");
+            let indirect = mean(input.indirect[k], input.new_indirect[k]);
+            assert!(within(out[4 + k], indirect, 5e-7), "{input:?}\n{out:?}");
         }
-        assert!(close(out[8], if rays > 0.0 { hits / rays } else { 0.0 }));
+        // Below 2⁻¹⁴ a 16-bit float has a fixed step of 2⁻²⁴.
+        let depth = mean(input.depth, input.new_depth);
+        assert!(
+            (f(out[8]) - depth).abs() <= half_ulp * depth.max(0.5f64.powi(14)),
+            "{input:?}\n{out:?}"
+        );
+        assert!(within(out[9], hits / rays, 2.0 * half_ulp), "{input:?}\n{out:?}");
     }
+}
+
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct WallCase {
+    /// Coverage and depth of the six faces.
+    coverage: [f32; 6],
+    depth: [f32; 6],
+    at: [f32; 3],
+    reserved_a: f32,
+    point: [f32; 3],
+    reserved_b: f32,
+}
+
+const WALLS: &str = "#import lucerna::voxel_rt::cache::FaceLight
+    #import lucerna::voxel_rt::walls::{walls_of_axis, keep_before_walls, undivided}
+    struct Input { coverage: array<f32, 6>, depth: array<f32, 6>, at: vec3<f32>, a: f32, point: vec3<f32>, b: f32 }
+    struct Output { kept: vec3<f32>, a: f32, undivided: vec3<f32>, b: f32 }
+    fn light(in: Input, face: u32) -> FaceLight {
+        let rays_and_depth = pack2x16float(vec2<f32>(64.0, in.depth[face]));
+        return FaceLight(vec3<f32>(), 64.0 * in.coverage[face], vec3<f32>(), rays_and_depth);
+    }
+    fn map(in: Input) -> Output {
+        var walls = 0u;
+        for (var axis = 0u; axis < 3u; axis++) {
+            walls |= walls_of_axis(axis, light(in, 2u * axis), light(in, 2u * axis + 1u));
+        }
+        return Output(keep_before_walls(walls, in.at, floor(in.at), in.point), 0.0, undivided(walls), 0.0);
+    }";
+
+/// A look-up never reaches behind a wall: with one face walled it stays in the half of the cell, or
+/// beyond, that the face looks to; with a sheet it moves to the border on the point's own side. Where
+/// nothing is walled it stays. Tolerance: a sheet's place is kept to half of 1/63 of a cell.
+#[test]
+fn lookups_keep_before_walls() {
+    let mut random = Random(5);
+    let inputs: Vec<WallCase> = (0..20_000)
+        .map(|_| {
+            let at: [f32; 3] = std::array::from_fn(|_| random.range(3.0, 9.0));
+            WallCase {
+                coverage: std::array::from_fn(|_| {
+                    [0.0, 0.25, 0.75, 1.0][random.bits() as usize % 4]
+                }),
+                depth: std::array::from_fn(|_| random.unit()),
+                at,
+                reserved_a: 0.0,
+                point: at.map(|x| x + random.range(-0.5, 0.5)),
+                reserved_b: 0.0,
+            }
+        })
+        .collect();
+    let mut n_sheets = 0;
+    for (input, out) in inputs.iter().zip(map::<_, [f32; 8]>(WALLS, &inputs)) {
+        let mut divided = [false; 3];
+        for axis in 0..3 {
+            let (at, point, cell) = (input.at[axis], input.point[axis], input.at[axis].floor());
+            let walled = [2 * axis, 2 * axis + 1].map(|face| input.coverage[face] > 0.5);
+            let expected = match walled {
+                [false, false] => point,
+                [true, false] => point.max(cell + 0.5),
+                [false, true] => point.min(cell + 0.5),
+                [true, true] => {
+                    divided[axis] = true;
+                    // The + face's surface lies its depth below 1, the − face's its depth above 0.
+                    let sheet = 0.5 * (1.0 - input.depth[2 * axis] + input.depth[2 * axis + 1]);
+                    if ((at - cell) - sheet).abs() < 0.01 {
+                        continue;
+                    }
+                    n_sheets += 1;
+                    if at - cell > sheet { point.max(cell + 1.0) } else { point.min(cell) }
+                }
+            };
+            assert_eq!(out[axis], expected, "axis {axis}: {input:?}");
+        }
+        for axis in 0..3 {
+            let others = divided[(axis + 1) % 3] || divided[(axis + 2) % 3];
+            assert_eq!(out[4 + axis] < 1.0, others, "axis {axis}: {input:?}");
+        }
+    }
+    assert!(n_sheets > 10_000);
 }

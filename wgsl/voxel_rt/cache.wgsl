@@ -2,7 +2,8 @@
 //! Irradiance that is kept for the faces of voxels, and how it is renewed.
 //!
 //! A face of an occupied voxel keeps the mean irradiance of those surface points in the cell that
-//! are met first by rays along the face's axis, from outside. Such rays, spread evenly over the
+//! are met first by rays along the face's axis, from outside, and are not shut in (see the kernel
+//! voxel_rt/gather). Such rays, spread evenly over the
 //! face, meet a surface with a density of |cos| to the axis: the mean weighs each piece of surface
 //! by its area and max(dot(face normal, surface normal), 0), as anisotropic voxels do (SOURCES:
 //! J. Silva, "Ray-traced voxel global illumination", 2020, future work).
@@ -19,8 +20,9 @@ struct FaceLight {
     n_hits: f32,
     /// Mean over the hits [W·m⁻²].
     indirect: vec3<f32>,
-    /// Rays along the axis, weighed alike.
-    n_rays: f32,
+    /// Two 16-bit floats: rays along the axis, weighed alike (low), and the mean depth of the hits
+    /// below the face, in cells (high).
+    rays_and_depth: u32,
 }
 
 /// What one frame adds to a record: sums over its hits.
@@ -29,33 +31,54 @@ struct FaceSamples {
     n_hits: f32,
     indirect: vec3<f32>,
     n_rays: f32,
+    /// Sum of the hits' depths below the face [cells].
+    depth: f32,
+}
+
+/// Rays that a record remembers.
+fn ray_count(light: FaceLight) -> f32 {
+    return unpack2x16float(light.rays_and_depth).x;
+}
+
+/// Mean depth of the surface below the face, in cells.
+fn hit_depth(light: FaceLight) -> f32 {
+    return unpack2x16float(light.rays_and_depth).y;
 }
 
 /// The record with a frame's samples added.
 ///
-/// `keep`: how much of what was known counts, in [0, 1]; 1 makes a plain mean. `max_rays`: beyond so
-/// many the oldest fade, so that the record follows slow changes; above 0. The result is a weighted
-/// mean of samples whose weights sum to 1, so energy is neither gained nor lost.
+/// `keep`: how much of what was known counts, in [0, 1]; 1 makes a plain mean. `max_rays`, in [1, 2048]
+/// (16-bit floats count no further): beyond so many the oldest fade, so that the record follows slow
+/// changes. The result is a weighted mean of samples whose weights sum to 1: energy is neither gained
+/// nor lost.
 fn renew(before: FaceLight, samples: FaceSamples, keep: f32, max_rays: f32) -> FaceLight {
+    let rays_before = ray_count(before);
     let room = max(max_rays - samples.n_rays, 0.0);
-    let fade = keep * select(1.0, room / before.n_rays, before.n_rays > room);
+    let fade = keep * select(1.0, room / rays_before, rays_before > room);
     let old_hits = fade * before.n_hits;
     let n_hits = old_hits + samples.n_hits;
-    let n_rays = fade * before.n_rays + samples.n_rays;
+    let n_rays = fade * rays_before + samples.n_rays;
     if !(n_hits > 0.0) {
-        return FaceLight(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), n_rays);
+        return FaceLight(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), pack2x16float(vec2<f32>(n_rays, 0.0)));
     }
     return FaceLight(
         (before.direct * old_hits + samples.direct) / n_hits,
         n_hits,
         (before.indirect * old_hits + samples.indirect) / n_hits,
-        n_rays,
+        pack2x16float(vec2<f32>(n_rays, (hit_depth(before) * old_hits + samples.depth) / n_hits)),
     );
+}
+
+/// The record with all that it knows counting `keep` times, in [0, 1].
+fn faded(light: FaceLight, keep: f32) -> FaceLight {
+    let rays_and_depth = pack2x16float(vec2<f32>(keep * ray_count(light), hit_depth(light)));
+    return FaceLight(light.direct, keep * light.n_hits, light.indirect, rays_and_depth);
 }
 
 /// How much of the face a surface covers, in [0, 1]: the share of rays that met one.
 fn coverage(light: FaceLight) -> f32 {
-    return select(0.0, light.n_hits / light.n_rays, light.n_rays > 0.0);
+    let n_rays = ray_count(light);
+    return select(0.0, min(light.n_hits / n_rays, 1.0), n_rays > 0.0);
 }
 
 /// A weighted sum of records.
@@ -71,5 +94,15 @@ fn add_light(sum: LightSum, light: FaceLight, weight: f32) -> LightSum {
         sum.direct + weight * light.direct,
         sum.weight + weight,
         sum.indirect + weight * light.indirect,
+    );
+}
+
+/// Adds another sum's mean with a weight; `found.weight` > 0.
+fn add_share(sum: LightSum, found: LightSum, weight: f32) -> LightSum {
+    let scale = weight / found.weight;
+    return LightSum(
+        sum.direct + scale * found.direct,
+        sum.weight + weight,
+        sum.indirect + scale * found.indirect,
     );
 }

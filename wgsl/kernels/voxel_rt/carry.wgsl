@@ -7,8 +7,9 @@
 //! at most 32768. Workgroup memory: none. Each invocation owns its voxel's records.
 
 #import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
-#import lucerna::voxel::grid::{VoxelGrid, is_inside, unpack_cell}
-#import lucerna::voxel_rt::cache::FaceLight
+#import lucerna::voxel::grid::{is_inside, unpack_cell}
+#import lucerna::voxel::levels::{VoxelLevels, slot_word}
+#import lucerna::voxel_rt::cache::{FaceLight, faded}
 
 const WORKGROUP: u32 = 64u;
 
@@ -17,9 +18,14 @@ struct CarryInfo {
     shift: vec3<i32>,
     /// How much of what is carried counts from now on, in [0, 1].
     keep: f32,
+    /// Index of the level.
+    level: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
 }
 
-@group(1) @binding(0) var<uniform> grid: VoxelGrid;
+@group(1) @binding(0) var<uniform> levels: VoxelLevels;
 @group(1) @binding(1) var<uniform> info: CarryInfo;
 /// x: occupied voxels of the new structure.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
@@ -34,20 +40,19 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_grou
     if slot >= counts.x {
         return;
     }
-    let n_bricks = grid.bricks.x * grid.bricks.y * grid.bricks.z;
-    let cell = vec3<i32>(unpack_cell(structure[n_bricks + slot].x)) + info.shift;
+    let level = levels.levels[info.level];
+    let n_faces = level.grid.n_faces;
+    let cell = vec3<i32>(unpack_cell(structure[slot_word(level, slot)].x)) + info.shift;
     var slot_before = NO_SLOT;
-    if is_inside(grid, cell) {
-        let brick = structure_before[brick_of_cell(grid, vec3<u32>(cell))];
+    if is_inside(level.grid, cell) {
+        let brick = structure_before[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
         slot_before = slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
     }
-    for (var face = 0u; face < grid.n_faces; face++) {
+    for (var face = 0u; face < n_faces; face++) {
         var light: FaceLight;
         if slot_before != NO_SLOT {
-            light = before[slot_before * grid.n_faces + face];
-            light.n_hits *= info.keep;
-            light.n_rays *= info.keep;
+            light = faded(before[level.first_record + slot_before * n_faces + face], info.keep);
         }
-        after[slot * grid.n_faces + face] = light;
+        after[level.first_record + slot * n_faces + face] = light;
     }
 }

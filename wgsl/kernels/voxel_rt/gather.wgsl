@@ -23,9 +23,11 @@
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::pcg::{pcg3d, random_vec4}
 #import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
-#import lucerna::voxel::grid::{VoxelGrid, face_axis, face_normal, faces_of_direction, grid_from_world, is_inside, unpack_cell, world_from_grid}
-#import lucerna::voxel::lookup::{Taps, face_weights, tap_cell, tap_weight, taps_at}
-#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, LightSum, add_light, coverage, renew}
+#import lucerna::voxel::grid::{face_axis, face_normal, faces_of_direction, grid_from_world, is_inside, unpack_cell, world_from_grid}
+#import lucerna::voxel::levels::{VoxelLevel, VoxelLevels, level_weight, slot_word}
+#import lucerna::voxel::lookup::{face_weights, tap_cell, tap_weight, taps_at}
+#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, LightSum, add_light, add_share, coverage, ray_count, renew}
+#import lucerna::voxel_rt::walls::{keep_before_walls, undivided}
 
 const WORKGROUP: u32 = 64u;
 /// Rays along the axis start so far before the face and end so far behind the opposite one [cells]:
@@ -34,6 +36,12 @@ const BORDER: f32 = 1e-3;
 /// How far the point looked up is moved along its normal [cells], so that no cell behind the surface
 /// is among the taps.
 const NORMAL_OFFSET: f32 = 0.5;
+/// How far a point is moved along its normal to tell the cell that its surface stands in [cells]: a
+/// surface on a border belongs to the cell before it.
+const SIDE_OFFSET: f32 = 1e-2;
+/// A bounce that meets the back of a single-sided surface within so many cells was shut in: the point
+/// lies within something solid, or behind a wall's foot, where nobody sees it.
+const SHUT_IN_CELLS: f32 = 1.5;
 /// Faces that so many rays found empty are tried again only in one frame of `EMPTY_PERIOD`.
 const EMPTY_AFTER: f32 = 16.0;
 const EMPTY_PERIOD: u32 = 16u;
@@ -51,72 +59,108 @@ struct GatherInfo {
     /// How much of what was known counts, see `cache::renew`.
     keep: f32,
     max_rays: f32,
-    reserved_a: u32,
-    reserved_b: u32,
+    /// Index of the level whose faces are renewed.
+    level: u32,
+    reserved: u32,
 }
 
-@group(1) @binding(0) var<uniform> grid: VoxelGrid;
+@group(1) @binding(0) var<uniform> levels: VoxelLevels;
 @group(1) @binding(1) var<uniform> info: GatherInfo;
-/// x: occupied voxels.
+/// x: occupied voxels of the level.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
-/// The bricks' words, then a packed cell for each slot.
+/// Of each level the bricks' words, then a packed cell for each slot.
 @group(1) @binding(3) var<storage, read> structure: array<vec2<u32>>;
 @group(1) @binding(4) var<storage, read> before: array<FaceLight>;
 @group(1) @binding(5) var<storage, read_write> after: array<FaceLight>;
 
-/// What the cache held at a surface point, by validity-weighted trilinear interpolation.
-fn cached_light(position: vec3<f32>, normal: vec3<f32>) -> LightSum {
-    let weights = face_weights(grid, normal);
-    let faces = select(faces_of_direction(normal), vec3<u32>(0u), grid.n_faces == 1u);
-    let taps = taps_at(grid_from_world(grid, position) + normal * NORMAL_OFFSET);
+/// The slot of a cell, or NO_SLOT.
+fn slot_of_cell(level: VoxelLevel, cell: vec3<i32>) -> u32 {
+    if !is_inside(level.grid, cell) {
+        return NO_SLOT;
+    }
+    let brick = structure[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
+    return slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
+}
+
+/// The walls of a voxel (`lucerna::voxel_rt::walls`); none where there is no voxel, or one value a voxel.
+fn walls_of_slot(level: VoxelLevel, slot: u32) -> u32 {
+    if slot == NO_SLOT || level.grid.n_faces == 1u {
+        return 0u;
+    }
+    return structure[slot_word(level, slot)].y;
+}
+
+/// What a level held around a point of its grid, on the side of the normal: a sum weighted by
+/// distance, by how much each face looks that way, and by how much of it a surface covers.
+fn light_in_level(level: VoxelLevel, at: vec3<f32>, normal: vec3<f32>) -> LightSum {
+    let weights = face_weights(level.grid, normal);
+    let faces = select(faces_of_direction(normal), vec3<u32>(0u), level.grid.n_faces == 1u);
+    let own_cell = floor(at + normal * SIDE_OFFSET);
+    let walls = walls_of_slot(level, slot_of_cell(level, vec3<i32>(own_cell)));
+    let taps = taps_at(keep_before_walls(walls, at, own_cell, at + normal * NORMAL_OFFSET));
     var sum: LightSum;
     for (var ix = 0u; ix < 8u; ix++) {
-        let cell = tap_cell(taps, ix);
-        if !is_inside(grid, cell) {
-            continue;
-        }
-        let brick = structure[brick_of_cell(grid, vec3<u32>(cell))];
-        let slot = slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
+        let slot = slot_of_cell(level, tap_cell(taps, ix));
         if slot == NO_SLOT {
             continue;
         }
-        let weight = tap_weight(taps, ix);
+        let shares = tap_weight(taps, ix) * weights * undivided(walls_of_slot(level, slot));
         for (var axis = 0u; axis < 3u; axis++) {
             if weights[axis] > 0.0 {
-                let light = before[slot * grid.n_faces + faces[axis]];
-                sum = add_light(sum, light, weight * weights[axis] * coverage(light));
+                let light = before[level.first_record + slot * level.grid.n_faces + faces[axis]];
+                sum = add_light(sum, light, shares[axis] * coverage(light));
             }
         }
     }
     return sum;
 }
 
+/// What the cache held at a surface point: `direct` and `indirect` are irradiances, `weight` is 1, or
+/// 0 where nothing is known.
+fn cached_light(position: vec3<f32>, normal: vec3<f32>) -> LightSum {
+    var out: LightSum;
+    for (var ix = 0u; ix < levels.n_levels && out.weight < 1.0; ix++) {
+        let level = levels.levels[ix];
+        let point = grid_from_world(level.grid, position);
+        let is_last = ix + 1u == levels.n_levels;
+        let share = (1.0 - out.weight) * select(level_weight(level.grid, point), 1.0, is_last);
+        if share > 0.0 {
+            let found = light_in_level(level, point, normal);
+            if found.weight > 0.0 {
+                out = add_share(out, found, share);
+            }
+        }
+    }
+    return out;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let record = (group.y * n_groups.x + group.x) * WORKGROUP + local;
-    if record >= counts.x * grid.n_faces {
+    let level = levels.levels[info.level];
+    let n_faces = level.grid.n_faces;
+    if record >= counts.x * n_faces {
         return;
     }
-    let slot = record / grid.n_faces;
-    let n_bricks = grid.bricks.x * grid.bricks.y * grid.bricks.z;
-    let packed_cell = structure[n_bricks + slot].x;
-    let known = before[record];
-    let hash = pcg3d(vec3<u32>(packed_cell, record % grid.n_faces, info.seed));
-    if known.n_hits == 0.0 && known.n_rays >= EMPTY_AFTER && (info.frame + hash.x) % EMPTY_PERIOD != 0u {
-        after[record] = known;
+    let packed_cell = structure[slot_word(level, record / n_faces)].x;
+    let known = before[level.first_record + record];
+    let hash = pcg3d(vec3<u32>(packed_cell, record % n_faces + 8u * info.level, info.seed));
+    if known.n_hits == 0.0 && ray_count(known) >= EMPTY_AFTER && (info.frame + hash.x) % EMPTY_PERIOD != 0u {
+        after[level.first_record + record] = known;
         return;
     }
     var samples: FaceSamples;
     for (var point = 0u; point < info.n_points; point++) {
         let sample_ix = info.frame * info.n_points + point;
-        samples = add_sample(samples, packed_cell, record % grid.n_faces, sample_ix, hash);
+        samples = add_sample(samples, level, packed_cell, record % n_faces, sample_ix, hash);
     }
-    after[record] = renew(known, samples, info.keep, info.max_rays);
+    after[level.first_record + record] = renew(known, samples, info.keep, info.max_rays);
 }
 
 /// Draws one point of a face and adds what light it receives.
 fn add_sample(
     samples_before: FaceSamples,
+    level: VoxelLevel,
     packed_cell: u32,
     record_face: u32,
     sample_ix: u32,
@@ -125,7 +169,7 @@ fn add_sample(
     var samples = samples_before;
     samples.n_rays += 1.0;
     // A cell without faces is looked at from its six sides in turn.
-    let face = select(record_face, (sample_ix + hash.x) % 6u, grid.n_faces == 1u);
+    let face = select(record_face, (sample_ix + hash.x) % 6u, level.grid.n_faces == 1u);
     let axis = face_axis(face);
     let outward = face_normal(face);
     let place = sobol_owen(sample_ix, hash.x);
@@ -133,8 +177,8 @@ fn add_sample(
     start[(axis + 1u) % 3u] = place.x;
     start[(axis + 2u) % 3u] = place.y;
     start += outward * (0.5 + BORDER);
-    let origin = world_from_grid(grid, vec3<f32>(unpack_cell(packed_cell)) + start);
-    let hit = nearest_hit(Ray(origin, 0.0, -outward, grid.cell * (1.0 + 2.0 * BORDER)));
+    let origin = world_from_grid(level.grid, vec3<f32>(unpack_cell(packed_cell)) + start);
+    let hit = nearest_hit(Ray(origin, 0.0, -outward, level.grid.cell * (1.0 + 2.0 * BORDER)));
     if hit_is_miss(hit) {
         return samples;
     }
@@ -142,57 +186,65 @@ fn add_sample(
     let side = select(-1.0, 1.0, dot(surface.geometric_normal, outward) > 0.0);
     let geometric_normal = surface.geometric_normal * side;
     let normal = surface.shading_normal * side;
-    samples.n_hits += 1.0;
 
-    if (info.flags & GATHER_DIRECT) != 0u {
-        let u = random_vec4(hash.yz, sample_ix, 0u);
-        let light = sample_light(surface.position, vec4<f32>(u.x, sobol_owen(sample_ix, hash.z), u.w));
-        let cosine = dot(light.direction, normal);
-        if cosine > 0.0 && dot(light.direction, geometric_normal) > 0.0 && any(light.weight > vec3<f32>(0.0)) {
-            let from_here = offset_ray_origin(
-                surface.position,
-                surface.position_error,
-                geometric_normal,
-                light.direction,
-            );
-            var shadow = Ray(from_here, 0.0, light.direction, FLOAT_MAX);
-            if light.distance < FLOAT_MAX {
-                shadow = Ray(from_here, 0.0, light.place - from_here, 1.0);
-            }
-            let direct = light.weight * cosine;
-            if all_finite(direct) && !any_hit(shadow) {
-                samples.direct += direct;
-            }
-        }
-    }
-    if (info.flags & GATHER_BOUNCE) == 0u {
-        return samples;
-    }
+    // The bounce first: it may show that the point is shut in. Without bounces it is traced all the same.
     let direction = frame_from_normal(normal) * sample_cosine_hemisphere(sobol_owen(sample_ix, hash.y));
-    if dot(direction, geometric_normal) <= 0.0 {
-        return samples;
-    }
-    let from_here = offset_ray_origin(surface.position, surface.position_error, geometric_normal, direction);
-    let far = nearest_hit(Ray(from_here, 0.0, direction, FLOAT_MAX));
-    if hit_is_miss(far) {
-        return samples;
-    }
-    let met = surface_at(far.triangle, far.barycentrics);
-    let met_normal = met.shading_normal * select(-1.0, 1.0, dot(met.geometric_normal, direction) < 0.0);
-    let found = cached_light(met.position, met_normal);
-    if found.weight > 0.0 {
-        let feedback = select(0.0, 1.0, (info.flags & GATHER_FEEDBACK) != 0u);
-        let arriving = (found.direct + feedback * found.indirect) / found.weight;
-        var albedo = met.base_color;
-        if !met.lambert {
-            let material = metallic_roughness(met.base_color, met.metallic, met.roughness);
-            albedo = directional_albedo(material, abs(dot(direction, met_normal)));
+    var indirect = vec3<f32>(0.0);
+    if dot(direction, geometric_normal) > 0.0 {
+        let from_here = offset_ray_origin(surface.position, surface.position_error, geometric_normal, direction);
+        let far = nearest_hit(Ray(from_here, 0.0, direction, FLOAT_MAX));
+        if !hit_is_miss(far) {
+            let met = surface_at(far.triangle, far.barycentrics);
+            let from_behind = dot(met.geometric_normal, direction) > 0.0;
+            if from_behind && !met.double_sided && far.t < SHUT_IN_CELLS * level.grid.cell {
+                return samples;
+            }
+            if (info.flags & GATHER_BOUNCE) != 0u {
+                indirect = reflected_light(met, direction);
+            }
         }
-        // Radiance albedo/π · E, times π: the cosine cancels with its density.
-        let indirect = albedo * arriving;
-        if all_finite(indirect) {
-            samples.indirect += indirect;
+    }
+    samples.n_hits += 1.0;
+    samples.depth += hit.t / level.grid.cell - BORDER;
+    if all_finite(indirect) {
+        samples.indirect += indirect;
+    }
+    if (info.flags & GATHER_DIRECT) == 0u {
+        return samples;
+    }
+    let u = random_vec4(hash.yz, sample_ix, 0u);
+    let light = sample_light(surface.position, vec4<f32>(u.x, sobol_owen(sample_ix, hash.z), u.w));
+    let direct = light.weight * dot(light.direction, normal);
+    if dot(light.direction, geometric_normal) > 0.0 && any(direct > vec3<f32>(0.0)) && all_finite(direct) {
+        let from_here = offset_ray_origin(
+            surface.position,
+            surface.position_error,
+            geometric_normal,
+            light.direction,
+        );
+        var shadow = Ray(from_here, 0.0, light.direction, FLOAT_MAX);
+        if light.distance < FLOAT_MAX {
+            shadow = Ray(from_here, 0.0, light.place - from_here, 1.0);
+        }
+        if !any_hit(shadow) {
+            samples.direct += direct;
         }
     }
     return samples;
+}
+
+/// What a surface that a ray met sends back along it: π · radiance [W·m⁻²], from the irradiance that the
+/// cache held there. (An estimate of irradiance by a cosine-distributed direction: the cosine cancels
+/// with its density.)
+fn reflected_light(met: Surface, direction: vec3<f32>) -> vec3<f32> {
+    let side = select(-1.0, 1.0, dot(met.geometric_normal, direction) < 0.0);
+    let normal = met.shading_normal * side;
+    let found = cached_light(met.position, normal);
+    var albedo = met.base_color;
+    if !met.lambert {
+        let material = metallic_roughness(met.base_color, met.metallic, met.roughness);
+        albedo = directional_albedo(material, abs(dot(direction, normal)));
+    }
+    let feedback = select(0.0, 1.0, (info.flags & GATHER_FEEDBACK) != 0u);
+    return albedo * (found.direct + feedback * found.indirect);
 }

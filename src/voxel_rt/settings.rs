@@ -1,0 +1,65 @@
+//! What can be chosen about `voxel-rt`.
+
+/// How often light is reflected before it is counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Bounces {
+    /// No indirect light.
+    None,
+    /// Light that was reflected once before it reaches the surface that is seen.
+    One,
+    /// Reflected light is reflected again, a bounce a frame, without end.
+    #[default]
+    Unlimited,
+}
+
+/// How pixels read the grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lookup {
+    /// Trilinear over the cells that hold surfaces which look the pixel's way.
+    #[default]
+    Valid,
+    /// Trilinear over all eight cells, empty ones counting as dark: the source's, for comparison.
+    Trilinear,
+    /// The mean of seven such lookups, one cell apart along each axis: the source's remedy for the
+    /// dark streaks of the one before.
+    SevenTap,
+}
+
+/// Settings of `voxel-rt`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VoxelRtSettings {
+    /// Cells along the longest side of the scene's box (of each level, with more than one): 1 to 256.
+    pub resolution: u32,
+    /// A value for each of a voxel's six faces; else one a voxel.
+    pub anisotropic: bool,
+    /// Nested grids around the camera, 1 to 6, each twice as wide as the one before; the coarsest is
+    /// as wide as the scene's longest side.
+    pub n_levels: u32,
+    /// Surface points drawn on each face in each frame, at least 1. Each costs a short ray, and where
+    /// that finds a surface a shadow ray and a bounce.
+    pub points_per_face: u32,
+    /// Rays that a face remembers, at least 1: with more of them the light is smoother, and follows
+    /// changes that nobody reports more slowly.
+    pub max_rays: u32,
+    /// How often light is reflected.
+    pub bounces: Bounces,
+    /// How pixels read the grid.
+    pub lookup: Lookup,
+    /// Stream of random numbers.
+    pub seed: u32,
+}
+
+impl Default for VoxelRtSettings {
+    fn default() -> Self {
+        Self {
+            resolution: 128,
+            anisotropic: true,
+            n_levels: 1,
+            points_per_face: 1,
+            max_rays: 1024,
+            bounces: Bounces::Unlimited,
+            lookup: Lookup::Valid,
+            seed: 0,
+        }
+    }
+}

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Where walls stand within a voxel, so that light is not read through them.
+//!
+//! A face of a voxel is *walled* if a surface that looks its way covers at least half of it. From a
+//! point in a cell whose +X face is walled alone, everything towards −X lies behind that wall, and
+//! the light of cells there must not be mixed in. Where both faces of an axis are walled, a thin sheet
+//! stands within the cell: the point is on one side of it, and what the cell holds for its other
+//! faces is a mixture of both sides.
+//!
+//! A voxel's word: bits 0–5, a bit a walled face; then for each axis 6 bits of where within the cell
+//! the sheet's middle stands (in 1/63 of a cell).
+#define_import_path lucerna::voxel_rt::walls
+
+#import lucerna::voxel_rt::cache::{FaceLight, coverage, hit_depth}
+
+/// Covered that much, a face is walled.
+const MIN_COVERAGE: f32 = 0.5;
+/// What the other faces of a cell that a sheet divides count.
+const DIVIDED_WEIGHT: f32 = 0.01;
+
+/// The word of one axis: `plus`, `minus`: the records of its two faces.
+fn walls_of_axis(axis: u32, plus: FaceLight, minus: FaceLight) -> u32 {
+    let plus_walled = coverage(plus) >= MIN_COVERAGE;
+    let minus_walled = coverage(minus) >= MIN_COVERAGE;
+    // Depths count from each face inwards.
+    let middle = 0.5 * (1.0 - hit_depth(plus) + hit_depth(minus));
+    let place = u32(clamp(middle, 0.0, 1.0) * 63.0 + 0.5);
+    return (select(0u, 1u, plus_walled) << (2u * axis))
+        | (select(0u, 2u, minus_walled) << (2u * axis))
+        | (place << (6u + 6u * axis));
+}
+
+/// Which of an axis's faces are walled: bit 0 the positive one, bit 1 the negative one.
+fn walled_faces(walls: u32, axis: u32) -> u32 {
+    return (walls >> (2u * axis)) & 3u;
+}
+
+/// Moves a look-up away from what stands behind the walls of the cell that its surface stands in.
+///
+/// `walls`: of that cell. `at`: the surface point and `point`: where the grid is read, both in units
+/// of cells; `cell`: the surface's.
+fn keep_before_walls(walls: u32, at: vec3<f32>, cell: vec3<f32>, point: vec3<f32>) -> vec3<f32> {
+    var out = point;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let walled = walled_faces(walls, axis);
+        var low = cell[axis] + 0.5;
+        var high = low;
+        var keep_above = walled == 1u;
+        if walled == 3u {
+            // A sheet: only the next cell on the point's side knows that side alone.
+            let place = f32((walls >> (6u + 6u * axis)) & 63u) / 63.0;
+            keep_above = at[axis] - cell[axis] >= place;
+            low = cell[axis] + 1.0;
+            high = cell[axis];
+        }
+        if walled != 0u {
+            out[axis] = select(min(out[axis], high), max(out[axis], low), keep_above);
+        }
+    }
+    return out;
+}
+
+/// What a tap's three faces count: less where a sheet across another axis divides the cell.
+fn undivided(walls: u32) -> vec3<f32> {
+    let divided = vec3<f32>(
+        select(1.0, DIVIDED_WEIGHT, walled_faces(walls, 0u) == 3u),
+        select(1.0, DIVIDED_WEIGHT, walled_faces(walls, 1u) == 3u),
+        select(1.0, DIVIDED_WEIGHT, walled_faces(walls, 2u) == 3u),
+    );
+    return min(divided.yzx, divided.zxy);
+}
