@@ -171,7 +171,7 @@ struct Renewal {
     new_rays: f32,
     depth: f32,
     new_depth: f32,
-    keep: f32,
+    light_rays: f32,
     max_rays: f32,
 }
 
@@ -179,13 +179,13 @@ const RENEW: &str = "#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, 
     struct Input {
         direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32,
         new_direct: vec3<f32>, new_hits: f32, new_indirect: vec3<f32>, new_rays: f32,
-        depth: f32, new_depth: f32, keep: f32, max_rays: f32,
+        depth: f32, new_depth: f32, light_rays: f32, max_rays: f32,
     }
     struct Output { direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32, depth: f32, coverage: f32, pad: vec2<f32> }
     fn map(in: Input) -> Output {
         let before = FaceLight(in.direct, in.n_hits, in.indirect, pack2x16float(vec2<f32>(in.n_rays, in.depth)));
         let samples = FaceSamples(in.new_direct, in.new_hits, in.new_indirect, in.new_rays, in.new_depth);
-        let after = renew(before, samples, in.keep, in.max_rays);
+        let after = renew(before, samples, in.light_rays, in.max_rays);
         return Output(after.direct, after.n_hits, after.indirect, ray_count(after), hit_depth(after), coverage(after), vec2<f32>());
     }";
 
@@ -215,17 +215,16 @@ fn renewal_is_a_weighted_mean() {
                 new_rays,
                 depth: 0.25 * (random.bits() % 5) as f32,
                 new_depth: random.unit() * new_hits,
-                keep: [0.0, 0.5, 1.0][random.bits() as usize % 3],
+                light_rays: new_rays + [0.0, 16.0, 1e4][random.bits() as usize % 3],
                 max_rays: [16.0, 256.0, 2048.0][random.bits() as usize % 3],
             }
         })
         .collect();
-    inputs.push(Renewal { new_rays: 2.0, max_rays: 64.0, keep: 1.0, ..Zeroable::zeroed() });
+    inputs.push(Renewal { new_rays: 2.0, max_rays: 64.0, light_rays: 4.0, ..Zeroable::zeroed() });
     for (input, out) in inputs.iter().zip(map::<_, [f32; 12]>(RENEW, &inputs)) {
         let f = f64::from;
         let room = (f(input.max_rays) - f(input.new_rays)).max(0.0);
-        let fade =
-            f(input.keep) * if f(input.n_rays) > room { room / f(input.n_rays) } else { 1.0 };
+        let fade = if f(input.n_rays) > room { room / f(input.n_rays) } else { 1.0 };
         let rays = fade * f(input.n_rays) + f(input.new_rays);
         let hits = fade * f(input.n_hits) + f(input.new_hits);
         let within =
@@ -236,11 +235,25 @@ fn renewal_is_a_weighted_mean() {
         let mean = |old: f32, new: f32| {
             if hits > 0.0 { (f(old) * fade * f(input.n_hits) + f(new)) / hits } else { 0.0 }
         };
-        for k in 0..3 {
-            let direct = mean(input.direct[k], input.new_direct[k]);
-            assert!(within(out[k], direct, 5e-7), "{input:?}\n{out:?}");
-            let indirect = mean(input.indirect[k], input.new_indirect[k]);
-            assert!(within(out[4 + k], indirect, 5e-7), "{input:?}\n{out:?}");
+        // The share of all rays that saw today's light, but never less than this frame's.
+        let light_hits = (hits * (f(input.light_rays) / rays).min(1.0)).max(f(input.new_hits));
+        let weight = f(input.new_hits) / light_hits;
+        for (at, old, new) in (0..3)
+            .map(|k| (k, input.direct[k], input.new_direct[k]))
+            .chain((0..3).map(|k| (4 + k, input.indirect[k], input.new_indirect[k])))
+        {
+            let expected = if hits == 0.0 {
+                0.0
+            } else if input.new_hits == 0.0 {
+                f(old)
+            } else if input.n_hits == 0.0 || room == 0.0 {
+                f(new) / f(input.new_hits)
+            } else {
+                (1.0 - weight) * f(old) + weight * f(new) / f(input.new_hits)
+            };
+            // Where little is left of the old light, its weight is a difference of like numbers.
+            let slack = 5e-7 * (f(old).abs() + expected.abs());
+            assert!((f(out[at]) - expected).abs() <= slack, "{expected}: {input:?}\n{out:?}");
         }
         // Below 2⁻¹⁴ a 16-bit float has a fixed step of 2⁻²⁴.
         let depth = mean(input.depth, input.new_depth);

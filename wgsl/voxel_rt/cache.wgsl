@@ -16,7 +16,7 @@
 struct FaceLight {
     /// Mean over the hits [W·m⁻²].
     direct: vec3<f32>,
-    /// Rays along the axis that met a surface, each weighed by its age; ≤ `n_rays`.
+    /// Rays along the axis that met a surface, each weighed by its age.
     n_hits: f32,
     /// Mean over the hits [W·m⁻²].
     indirect: vec3<f32>,
@@ -47,32 +47,33 @@ fn hit_depth(light: FaceLight) -> f32 {
 
 /// The record with a frame's samples added.
 ///
-/// `keep`: how much of what was known counts, in [0, 1]; 1 makes a plain mean. `max_rays`, in [1, 2048]
-/// (16-bit floats count no further): beyond so many the oldest fade, so that the record follows slow
-/// changes. The result is a weighted mean of samples whose weights sum to 1: energy is neither gained
-/// nor lost.
-fn renew(before: FaceLight, samples: FaceSamples, keep: f32, max_rays: f32) -> FaceLight {
+/// `max_rays`, in [1, 2048] (16-bit floats count no further): beyond so many the oldest fade, so that
+/// the record follows slow changes. `light_rays`, at least the frame's own: how many of the face's rays
+/// belong to the light as it is now; older ones still tell what stands in the cell, and their light is
+/// forgotten. Each mean is a mixture whose weights sum to 1: energy is neither gained nor lost.
+fn renew(before: FaceLight, samples: FaceSamples, light_rays: f32, max_rays: f32) -> FaceLight {
     let rays_before = ray_count(before);
     let room = max(max_rays - samples.n_rays, 0.0);
-    let fade = keep * select(1.0, room / rays_before, rays_before > room);
+    let fade = select(1.0, room / rays_before, rays_before > room);
     let old_hits = fade * before.n_hits;
     let n_hits = old_hits + samples.n_hits;
     let n_rays = fade * rays_before + samples.n_rays;
     if !(n_hits > 0.0) {
         return FaceLight(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), pack2x16float(vec2<f32>(n_rays, 0.0)));
     }
+    // Of the face's hits, about this many saw the light as it is now, this frame's included.
+    let light_hits = max(n_hits * min(light_rays / n_rays, 1.0), samples.n_hits);
+    let old_share = select(0.0, (light_hits - samples.n_hits) / light_hits, old_hits > 0.0);
+    let new_share = select(0.0, 1.0 / light_hits, light_hits > 0.0);
+    let depth = (hit_depth(before) * old_hits + samples.depth) / n_hits;
+    // Without a hit in this frame, the light stays.
+    let keeps = samples.n_hits == 0.0;
     return FaceLight(
-        (before.direct * old_hits + samples.direct) / n_hits,
+        select(before.direct * old_share + samples.direct * new_share, before.direct, keeps),
         n_hits,
-        (before.indirect * old_hits + samples.indirect) / n_hits,
-        pack2x16float(vec2<f32>(n_rays, (hit_depth(before) * old_hits + samples.depth) / n_hits)),
+        select(before.indirect * old_share + samples.indirect * new_share, before.indirect, keeps),
+        pack2x16float(vec2<f32>(n_rays, depth)),
     );
-}
-
-/// The record with all that it knows counting `keep` times, in [0, 1].
-fn faded(light: FaceLight, keep: f32) -> FaceLight {
-    let rays_and_depth = pack2x16float(vec2<f32>(keep * ray_count(light), hit_depth(light)));
-    return FaceLight(light.direct, keep * light.n_hits, light.indirect, rays_and_depth);
 }
 
 /// How much of the face a surface covers, in [0, 1]: the share of rays that met one.

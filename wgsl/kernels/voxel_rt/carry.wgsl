@@ -9,20 +9,15 @@
 #import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
 #import lucerna::voxel::grid::{is_inside, unpack_cell}
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
-#import lucerna::voxel_rt::cache::{FaceLight, faded}
+#import lucerna::voxel_rt::cache::FaceLight
 
 const WORKGROUP: u32 = 64u;
 
 struct CarryInfo {
     /// Cells that the new grid's corner lies from the old one's.
     shift: vec3<i32>,
-    /// How much of what is carried counts from now on, in [0, 1].
-    keep: f32,
     /// Index of the level.
     level: u32,
-    reserved_a: u32,
-    reserved_b: u32,
-    reserved_c: u32,
 }
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
@@ -51,7 +46,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_grou
     for (var face = 0u; face < n_faces; face++) {
         var light: FaceLight;
         if slot_before != NO_SLOT {
-            light = faded(before[level.first_record + slot_before * n_faces + face], info.keep);
+            light = before[level.first_record + slot_before * n_faces + face];
         }
         after[level.first_record + slot * n_faces + face] = light;
     }

@@ -56,8 +56,8 @@ struct GatherInfo {
     /// Points drawn on each face.
     n_points: u32,
     flags: u32,
-    /// How much of what was known counts, see `cache::renew`.
-    keep: f32,
+    /// See `cache::renew`.
+    light_rays: f32,
     max_rays: f32,
     /// Index of the level whose faces are renewed.
     level: u32,
@@ -154,7 +154,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_grou
         let sample_ix = info.frame * info.n_points + point;
         samples = add_sample(samples, level, packed_cell, record % n_faces, sample_ix, hash);
     }
-    after[level.first_record + record] = renew(known, samples, info.keep, info.max_rays);
+    after[level.first_record + record] = renew(known, samples, info.light_rays, info.max_rays);
 }
 
 /// Draws one point of a face and adds what light it receives.
