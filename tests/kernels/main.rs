@@ -8,6 +8,8 @@ mod light;
 mod math;
 mod rays;
 mod sampling;
+mod scan;
 mod sh;
 mod statistics;
 mod texture_oracle;
+mod voxelize;
