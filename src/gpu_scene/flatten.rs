@@ -85,7 +85,13 @@ impl WorldTriangles {
         scene.meshes[scene.instances[self.origins[triangle].instance as usize].mesh].material
     }
 
-    pub(super) fn ray_triangles(&self, scene: &Scene, lights: &LightTable) -> Vec<wgsl::Triangle> {
+    pub(super) fn ray_triangles(
+        &self,
+        scene: &Scene,
+        lights: &LightTable,
+        moving: &dyn Fn(usize) -> bool,
+    ) -> Vec<wgsl::Triangle> {
+        let moving: Vec<bool> = (0..scene.instances.len()).map(moving).collect();
         let alpha_tested: Vec<bool> =
             scene.materials.iter().map(|material| material.alpha != AlphaMode::Opaque).collect();
         self.positions
@@ -93,9 +99,11 @@ impl WorldTriangles {
             .enumerate()
             .map(|(ix, &[corner_a, corner_b, corner_c])| {
                 let material = self.material(scene, ix);
+                let moves = moving[self.origins[ix].instance as usize];
                 wgsl::Triangle {
                     corner_a,
-                    flags: if alpha_tested[material] { wgsl::TRIANGLE_ALPHA_TESTED } else { 0 },
+                    flags: if alpha_tested[material] { wgsl::TRIANGLE_ALPHA_TESTED } else { 0 }
+                        | if moves { wgsl::TRIANGLE_MOVING } else { 0 },
                     corner_b,
                     material: material as u32,
                     corner_c,

@@ -95,6 +95,20 @@ impl GpuScene {
     /// # Errors
     /// [`GpuSceneError`]: a limit of the device is passed, or ray queries are not there.
     pub fn new(gpu: &Gpu, scene: &Scene, options: GpuSceneOptions) -> Result<Self, GpuSceneError> {
+        Self::with_moving(gpu, scene, options, &|_| false)
+    }
+
+    /// As [`GpuScene::new`]; triangles of the instances (by index) for which `moving` says so carry
+    /// `TRIANGLE_MOVING`, and techniques bring them up to date more often than the others.
+    ///
+    /// # Errors
+    /// As [`GpuScene::new`].
+    pub fn with_moving(
+        gpu: &Gpu,
+        scene: &Scene,
+        options: GpuSceneOptions,
+        moving: &dyn Fn(usize) -> bool,
+    ) -> Result<Self, GpuSceneError> {
         if options.rays == RaySource::RayQuery && !gpu.has_ray_query() {
             return Err(GpuSceneError::NoRayQuery);
         }
@@ -107,7 +121,7 @@ impl GpuScene {
         let sky = sky::SkyTextures::upload(gpu, &scene.sky)?;
         let lights = lights::LightTable::build(scene, &world, radius, &sky);
         let atlas = atlas::Atlas::build(gpu, scene)?;
-        let triangles = world.ray_triangles(scene, &lights);
+        let triangles = world.ray_triangles(scene, &lights, moving);
         let shading = world.shading_triangles(scene);
         let materials = flatten::materials(scene, &atlas);
 

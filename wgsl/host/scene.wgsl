@@ -11,6 +11,8 @@ const NONE: u32 = 0xffffffffu;
 
 /// The triangle's material cuts parts away by alpha.
 const TRIANGLE_ALPHA_TESTED: u32 = 1u;
+/// The triangle belongs to an instance that moves.
+const TRIANGLE_MOVING: u32 = 2u;
 
 /// What does not change over a frame.
 struct SceneInfo {

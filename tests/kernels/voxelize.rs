@@ -1,0 +1,433 @@
+//! The voxelizer against separating axes in f64, and what it promises of its structure.
+
+use crate::harness::{Random, gpu, map, read};
+use crate::rays::{random_triangles, soup};
+use glam::{DVec3, UVec3, Vec3};
+use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
+use lucerna::scene::{Instance, Scene};
+use lucerna::voxel::{
+    BRICK, Resolution, TriangleCounter, Triangles, VoxelCounts, VoxelError, VoxelGrid, Voxelizer,
+    capacity_limit, grid_for_bounds, n_bricks,
+};
+
+fn submit(record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    record(&mut encoder);
+    gpu().queue.submit([encoder.finish()]);
+}
+
+fn on_gpu(scene: &Scene) -> GpuScene {
+    GpuScene::new(gpu(), scene, GpuSceneOptions::default()).unwrap()
+}
+
+fn grid(min: Vec3, max: Vec3, resolution: Resolution) -> VoxelGrid {
+    let mut grid = grid_for_bounds(min, max, resolution, 6, None).unwrap();
+    grid.capacity = grid.size.element_product().min(capacity_limit(grid.bricks, 6));
+    grid
+}
+
+fn grid_of(triangles: &[[Vec3; 3]], resolution: Resolution) -> VoxelGrid {
+    let corners = || triangles.iter().flatten().copied();
+    let min = corners().reduce(Vec3::min).unwrap_or_default();
+    grid(min, corners().reduce(Vec3::max).unwrap_or_default(), resolution)
+}
+
+/// Cells from a grid with corner 0 and cells of 1 m: world units are cells.
+fn unit_grid(size: UVec3) -> VoxelGrid {
+    VoxelGrid {
+        origin: Vec3::ZERO,
+        cell: 1.0,
+        size,
+        n_faces: 1,
+        bricks: (size + BRICK - 1) / BRICK,
+        capacity: size.element_product(),
+    }
+}
+
+fn cell_ix(grid: &VoxelGrid, cell: UVec3) -> usize {
+    ((cell.z * grid.size.y + cell.y) * grid.size.x + cell.x) as usize
+}
+
+/// Whether two convex polytopes overlap, borders included, by all axes that can separate a triangle
+/// from a box: normals of both and products of edges. The box is `center` ± `half`.
+fn meets(corners: &[DVec3; 3], center: DVec3, half: f64) -> bool {
+    let edges = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
+    let mut axes = vec![DVec3::X, DVec3::Y, DVec3::Z, edges[0].cross(edges[1])];
+    for edge in edges {
+        axes.extend(DVec3::AXES.map(|axis| axis.cross(edge)));
+    }
+    axes.into_iter().all(|axis| {
+        let on = corners.map(|corner| axis.dot(corner));
+        let (low, high) = (on[0].min(on[1]).min(on[2]), on[0].max(on[1]).max(on[2]));
+        let (middle, reach) = (axis.dot(center), half * axis.abs().element_sum());
+        low <= middle + reach && high >= middle - reach
+    })
+}
+
+/// Triangles of each cell: for a box of half size ½, and for boxes as much smaller and larger as f32
+/// may be wrong.
+///
+/// Corners are taken in cells as f32 gives them (a rounding each, 6e-8 of the coordinate; the same
+/// on the GPU where division is right). From there the test's products of lengths up to the
+/// triangle's extent L are wrong by about 4 roundings of L², over an axis of about length L; the
+/// normal's by as much times how flat the triangle is.
+struct Oracle {
+    exact: Vec<u32>,
+    low: Vec<u32>,
+    high: Vec<u32>,
+}
+
+fn oracle(grid: &VoxelGrid, triangles: &[[Vec3; 3]]) -> Oracle {
+    let n = grid.size.element_product() as usize;
+    let mut out = Oracle { exact: vec![0; n], low: vec![0; n], high: vec![0; n] };
+    for triangle in triangles {
+        let corners = triangle.map(|p| ((p - grid.origin) / grid.cell).as_dvec3());
+        let [a, b, c] = corners;
+        let low = a.min(b).min(c);
+        let high = a.max(b).max(c);
+        let extent = (high - low).max_element();
+        let area = (b - a).cross(c - a).length();
+        let margin = 4.0 * 6e-8 * (1.0 + extent) * (1.0 + extent * extent / area);
+        let last = grid.size.as_dvec3() - 1.0;
+        if (high + 1.0).min_element() < 0.0 || (low - 1.0).cmpgt(last + 1.0).any() {
+            continue;
+        }
+        let from = (low - 1.0).floor().clamp(DVec3::ZERO, last).as_uvec3();
+        let to = (high + 1.0).floor().clamp(DVec3::ZERO, last).as_uvec3();
+        for z in from.z..=to.z {
+            for y in from.y..=to.y {
+                for x in from.x..=to.x {
+                    let cell = UVec3::new(x, y, z);
+                    let center = cell.as_dvec3() + 0.5;
+                    if !meets(&corners, center, 0.5 + margin) {
+                        continue;
+                    }
+                    let ix = cell_ix(grid, cell);
+                    out.high[ix] += 1;
+                    out.exact[ix] += u32::from(meets(&corners, center, 0.5));
+                    out.low[ix] += u32::from(meets(&corners, center, 0.5 - margin));
+                }
+            }
+        }
+    }
+    out
+}
+
+fn gpu_counts(scene: &GpuScene, grid: VoxelGrid) -> Vec<u32> {
+    let counter = TriangleCounter::new(gpu(), scene, grid).unwrap();
+    submit(|encoder| counter.record(encoder, scene, Triangles::All).unwrap());
+    let n = 4 * grid.size.element_product() as usize;
+    bytemuck::cast_slice(&read(counter.counts())[..n]).to_vec()
+}
+
+/// What a voxelizer holds: cells in the order of slots, after checking the structure.
+fn voxels(voxelizer: &Voxelizer) -> (Vec<UVec3>, VoxelCounts) {
+    let grid = voxelizer.grid();
+    let counts: VoxelCounts =
+        bytemuck::pod_read_unaligned(&read(voxelizer.counts())[..size_of::<VoxelCounts>()]);
+    let words: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read(voxelizer.structure()));
+    let n = n_bricks(grid) as usize;
+    assert!(counts.n_voxels <= grid.capacity);
+    assert_eq!(counts.n_records, counts.n_voxels * grid.n_faces);
+    for (groups, n) in
+        [(counts.voxel_groups, counts.n_voxels), (counts.record_groups, counts.n_records)]
+    {
+        let covered = u64::from(groups.x) * u64::from(groups.y) * 64;
+        assert!(covered >= u64::from(n) && groups.max_element() <= 65535, "{groups} for {n}");
+        assert!(groups.y <= 1 || groups.x == 32768, "{groups}");
+        assert!(covered < u64::from(n) + 64 * 32768, "{groups} for {n}");
+    }
+    let mut cells = Vec::new();
+    for (brick, &[occupied, first]) in words[..n].iter().enumerate() {
+        assert_eq!(first as usize, cells.len(), "first slot of brick {brick}");
+        let brick = brick as u32;
+        let corner = UVec3::new(
+            brick % grid.bricks.x,
+            brick / grid.bricks.x % grid.bricks.y,
+            brick / (grid.bricks.x * grid.bricks.y),
+        ) * BRICK;
+        for bit in (0..32).filter(|bit| occupied >> bit & 1 == 1) {
+            let cell = corner + UVec3::new(bit % 4, bit / 4 % 4, bit / 16);
+            assert!(cell.cmplt(grid.size).all(), "{cell} is outside {}", grid.size);
+            let packed = cell.x | cell.y << 10 | cell.z << 20;
+            assert_eq!(words[n + cells.len()], [packed, 0], "slot {}", cells.len());
+            cells.push(cell);
+        }
+    }
+    assert_eq!(cells.len(), counts.n_voxels as usize);
+    (cells, counts)
+}
+
+fn voxelized(scene: &GpuScene, grid: VoxelGrid, order: &[Triangles]) -> Voxelizer {
+    let voxelizer = Voxelizer::new(gpu(), scene, grid).unwrap();
+    for &triangles in order {
+        submit(|encoder| voxelizer.record(encoder, scene, triangles, None).unwrap());
+    }
+    voxelizer
+}
+
+/// Counts and occupancy of a scene against the oracle; returns cells occupied, and how many
+/// (triangle, cell) pairs f32 may decide either way.
+fn check(triangles: &[[Vec3; 3]], grid: VoxelGrid) -> (usize, usize) {
+    let scene = on_gpu(&soup(triangles));
+    let expected = oracle(&grid, triangles);
+    let found = gpu_counts(&scene, grid);
+    let mut n_unequal = 0;
+    let mut n_doubtful = 0;
+    for (ix, &n) in found.iter().enumerate() {
+        let (low, high) = (expected.low[ix], expected.high[ix]);
+        n_doubtful += (high - low) as usize;
+        n_unequal += usize::from(n != expected.exact[ix]);
+        assert!((low..=high).contains(&n), "cell {ix}: {n}, expected {low} to {high}, {grid:?}");
+    }
+    let (cells, counts) = voxels(&voxelized(&scene, grid, &[Triangles::All]));
+    assert_eq!(counts.n_overflow, 0);
+    let mut occupied = vec![false; found.len()];
+    for cell in &cells {
+        occupied[cell_ix(&grid, *cell)] = true;
+    }
+    for (ix, &n) in found.iter().enumerate() {
+        assert_eq!(occupied[ix], n > 0, "cell {ix}");
+    }
+    println!(
+        "{} triangles, {}: {} voxels, {n_doubtful} pairs in doubt, {n_unequal} counts differ from f64",
+        triangles.len(),
+        grid.size,
+        cells.len()
+    );
+    (cells.len(), n_doubtful)
+}
+
+fn sphere(center: Vec3, radius: f32, levels: u32, out: &mut Vec<[Vec3; 3]>) {
+    fn divide(t: [Vec3; 3], levels: u32, place: &dyn Fn(Vec3) -> Vec3, out: &mut Vec<[Vec3; 3]>) {
+        let [a, b, c] = t;
+        if levels == 0 {
+            out.push(t.map(place));
+            return;
+        }
+        let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
+        for t in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+            divide(t, levels - 1, place, out);
+        }
+    }
+    for k in 0..8 {
+        let [x, y, z] = [0, 1, 2].map(|axis| if k >> axis & 1 == 0 { 1.0 } else { -1.0 });
+        let [x, y, z] = [Vec3::X * x, Vec3::Y * y, Vec3::Z * z];
+        divide([x, y, z], levels, &|p| center + radius * p, out);
+    }
+}
+
+fn cube(min: Vec3, max: Vec3) -> Vec<[Vec3; 3]> {
+    let corner = |k: usize| {
+        Vec3::new([min.x, max.x][k & 1], [min.y, max.y][k >> 1 & 1], [min.z, max.z][k >> 2])
+    };
+    [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+        .map(|t| t.map(corner))
+        .collect()
+}
+
+/// 33 spheres in a box: 270 348 triangles.
+fn room() -> Vec<[Vec3; 3]> {
+    let mut triangles = cube(Vec3::new(-6.0, -3.0, -6.0), Vec3::new(6.0, 3.0, 6.0));
+    for k in 0..33 {
+        let (angle, distance) = (k as f32 * 2.4, 1.0 + 0.14 * k as f32);
+        let radius = 0.4 + 0.015 * k as f32;
+        let height = radius - 3.0 + 0.1 * k as f32;
+        let center = Vec3::new(distance * angle.cos(), height, distance * angle.sin());
+        sphere(center, radius, 5, &mut triangles);
+    }
+    triangles
+}
+
+/// At 128³ cells along the longest axis.
+#[test]
+fn voxelize_room_equals_f64() {
+    let triangles = room();
+    assert!(triangles.len() >= 260_000);
+    let grid = grid_of(&triangles, Resolution::Size(UVec3::splat(128)));
+    let (n, n_doubtful) = check(&triangles, grid);
+    assert!(n > 40_000 && n_doubtful < 40, "{n}, {n_doubtful}");
+}
+
+/// Triangles of all sizes, in boxes of odd sizes that they reach out of.
+#[test]
+fn voxelize_soups_in_odd_boxes() {
+    let sizes = [[1, 1, 1], [1, 7, 1], [5, 3, 9], [37, 2, 61], [64, 64, 64], [255, 9, 31]];
+    for (k, size) in sizes.into_iter().enumerate() {
+        for triangle_size in [0.3, 4.0, 30.0] {
+            let triangles = random_triangles(300, triangle_size, 100 + k as u64);
+            let size = UVec3::from_array(size);
+            let grid = grid(Vec3::splat(-6.0), Vec3::splat(6.0), Resolution::Size(size));
+            check(&triangles, grid);
+        }
+    }
+}
+
+/// The rule of borders: what touches a cell meets it. All numbers are small multiples of ½, where
+/// the test is exact, and so is the expectation.
+#[test]
+fn voxelize_on_borders() {
+    let size = UVec3::new(11, 7, 9);
+    let grid = unit_grid(size);
+    let mut random = Random(5);
+    let triangles: Vec<[Vec3; 3]> = (0..3000)
+        .map(|k| {
+            let mut next = |n: u64| ((random.bits() % (4 * n)) as f32 - n as f32) * 0.5;
+            let mut t: [Vec3; 3] = [(); 3].map(|()| Vec3::new(next(11), next(7), next(9)));
+            if k % 2 == 0 {
+                // In a plane of borders.
+                let at = t[0][k % 3].floor();
+                t.iter_mut().for_each(|p| p[k % 3] = at);
+            }
+            t
+        })
+        .filter(|[a, b, c]| (b - a).cross(c - a) != Vec3::ZERO)
+        .collect();
+    let found = gpu_counts(&on_gpu(&soup(&triangles)), grid);
+    assert_eq!(found, oracle(&grid, &triangles).exact);
+    // A wall between cells 4 and 5 occupies both.
+    let wall = [[Vec3::new(5.0, 1.25, 1.25), Vec3::new(5.0, 2.75, 1.5), Vec3::new(5.0, 1.5, 2.75)]];
+    let voxelizer = voxelized(&on_gpu(&soup(&wall)), grid, &[Triangles::All]);
+    let cells = voxels(&voxelizer).0;
+    assert!(cells.iter().all(|cell| cell.x == 4 || cell.x == 5) && cells.len() == 8, "{cells:?}");
+}
+
+#[test]
+fn voxelize_slivers_and_giants() {
+    let mut random = Random(9);
+    let mut triangles = Vec::new();
+    for _ in 0..400 {
+        let mut point = |size: f32| -> Vec3 {
+            Vec3::from_array(std::array::from_fn(|_| random.range(-size, size)))
+        };
+        let (a, b): (Vec3, Vec3) = (point(6.0), point(6.0));
+        // Nearly on the line between.
+        triangles.push([a, b, a.lerp(b, 0.4) + point(1e-4)]);
+        // Far larger than the grid.
+        triangles.push([point(2000.0), point(2000.0), point(2000.0)]);
+    }
+    let grid = grid(Vec3::splat(-5.0), Vec3::splat(5.0), Resolution::Longest(48));
+    check(&triangles, grid);
+}
+
+#[test]
+fn voxelize_nothing_and_outside() {
+    let nothing = on_gpu(&Scene::default());
+    let grid = grid_of(&[], Resolution::Longest(16));
+    let (cells, counts) = voxels(&voxelized(&nothing, grid, &[Triangles::All]));
+    assert!(cells.is_empty() && counts.n_overflow == 0);
+    assert_eq!((counts.voxel_groups.x, counts.record_groups.x), (0, 0));
+
+    let far = on_gpu(&soup(&[
+        [Vec3::splat(50.0), Vec3::new(60.0, 50.0, 50.0), Vec3::new(50.0, 60.0, 50.0)],
+        [Vec3::splat(1e12), Vec3::splat(-1e12), Vec3::new(1e12, 0.0, 1e12)],
+    ]));
+    let (cells, _) = voxels(&voxelized(&far, unit_grid(UVec3::splat(8)), &[Triangles::All]));
+    assert!(cells.is_empty(), "{}", cells.len());
+}
+
+/// With too little room the first voxels stay, and the others are counted.
+#[test]
+fn voxelize_overflow() {
+    let triangles = random_triangles(500, 2.0, 77);
+    let scene = on_gpu(&soup(&triangles));
+    let mut grid = grid_of(&triangles, Resolution::Longest(40));
+    let all = voxels(&voxelized(&scene, grid, &[Triangles::All])).0;
+    for capacity in [1, 31, 1000, all.len() as u32 - 1, all.len() as u32] {
+        grid.capacity = capacity;
+        let (some, counts) = voxels(&voxelized(&scene, grid, &[Triangles::All]));
+        assert_eq!(some, all[..capacity as usize]);
+        assert_eq!(counts.n_overflow, all.len() as u32 - capacity);
+    }
+}
+
+/// Static and moving triangles apart, in any order and again, give the voxels of all.
+#[test]
+fn voxelize_moving_over_static() {
+    let triangles = random_triangles(400, 3.0, 31);
+    let mut scene = soup(&triangles[..250]);
+    let moving = soup(&triangles[250..]);
+    scene.meshes.extend(moving.meshes);
+    scene.instances.push(Instance { mesh: 1, ..scene.instances[0].clone() });
+    let options = GpuSceneOptions::default();
+    let on_gpu = GpuScene::with_moving(gpu(), &scene, options, &|ix| ix == 1).unwrap();
+    let grid = grid_of(&triangles, Resolution::Longest(50));
+    let bytes = |order: &[Triangles]| {
+        let voxelizer = voxelized(&on_gpu, grid, order);
+        let cells = voxels(&voxelizer).0;
+        (cells, read(voxelizer.counts()))
+    };
+    use Triangles::{All, Moving, Static};
+    let all = bytes(&[All]);
+    for order in [
+        &[Static, Moving][..],
+        &[Moving, Static],
+        &[Static, Moving, Moving],
+        &[All, Static, Moving],
+    ] {
+        assert!(bytes(order) == all, "{order:?}");
+    }
+    let alone = bytes(&[Static]).0;
+    assert!(alone.len() < all.0.len());
+    let scene = GpuScene::new(gpu(), &soup(&triangles[..250]), options).unwrap();
+    assert!(alone == voxels(&voxelized(&scene, grid, &[All])).0);
+}
+
+#[test]
+fn grids_have_margins_and_limits() {
+    let mut random = Random(3);
+    for k in 0..2000 {
+        let min = random.direction() * 10f32.powf(random.range(-2.0, 2.0));
+        let mut extent = random.direction().abs() * 10f32.powf(random.range(-1.0, 3.0));
+        if k % 5 == 0 {
+            extent[k % 3] = 0.0;
+        }
+        let mut side = || 6 + (random.bits() % 251) as u32;
+        let resolution = match k % 2 {
+            0 => Resolution::Longest(side()),
+            _ => Resolution::Size(UVec3::new(side(), side(), side())),
+        };
+        let grid = grid(min, min + extent, resolution);
+        let (low, high) = (
+            (min - grid.origin) / grid.cell,
+            grid.size.as_vec3() - (min + extent - grid.origin) / grid.cell,
+        );
+        // 1.5 cells less the offset; f32 at 256 cells is good to 1e-2 here.
+        assert!(low.min_element() > 1.2 && high.min_element() > 1.2, "{low} {high} {grid:?}");
+        assert!(grid.capacity <= capacity_limit(grid.bricks, 6));
+        match resolution {
+            Resolution::Longest(n) => assert!(grid.size.max_element() == n, "{grid:?}"),
+            Resolution::Size(size) => assert_eq!(grid.size, size),
+        }
+    }
+    let box_of = |min: f32, max: f32, n, faces, capacity| {
+        grid_for_bounds(Vec3::splat(min), Vec3::splat(max), Resolution::Longest(n), faces, capacity)
+    };
+    for n in [1, 2, 5] {
+        assert_eq!(box_of(0.0, 1.0, n, 6, None).unwrap().size, UVec3::splat(n));
+    }
+    assert!(matches!(box_of(0.0, 1.0, 0, 6, None), Err(VoxelError::Size(_))));
+    assert!(matches!(box_of(0.0, 1.0, 257, 6, None), Err(VoxelError::Size(_))));
+    assert!(matches!(box_of(0.0, 1.0, 16, 2, None), Err(VoxelError::Faces(2))));
+    assert!(matches!(box_of(1.0, 0.0, 16, 1, None), Err(VoxelError::Bounds { .. })));
+    assert!(matches!(box_of(f32::NAN, 0.0, 16, 1, None), Err(VoxelError::Bounds { .. })));
+    assert!(matches!(box_of(1e6, 1e6 + 1.0, 256, 1, None), Err(VoxelError::TooFine { .. })));
+    assert!(matches!(box_of(0.0, 1.0, 16, 6, Some(0)), Err(VoxelError::Capacity { .. })));
+    let error = box_of(0.0, 1.0, 256, 6, Some(2_000_000)).unwrap_err();
+    assert!(error.to_string().contains("128 MiB"), "{error}");
+}
+
+/// The one size that Rust keeps by hand.
+#[test]
+fn bricks_are_the_shaders() {
+    let bricks: Vec<UVec3> = map(
+        "#import lucerna::voxel::bricks::BRICK
+        struct Input { nothing: u32 }
+        struct Output { x: u32, y: u32, z: u32 }
+        fn map(i: Input) -> Output { return Output(BRICK.x, BRICK.y, BRICK.z); }",
+        &[0u32],
+    );
+    assert_eq!(bricks, [BRICK]);
+}

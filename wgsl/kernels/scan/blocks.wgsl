@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Exclusive prefix sums within blocks of 1024 numbers, in place, and the sum of each block.
+//!
+//! One level of a scan: the blocks' sums are scanned by the same kernel, and `scan/add` brings them
+//! down again. W. Hillis, G. Steele, "Data Parallel Algorithms", CACM 29(12), 1986. Sums stop at
+//! 2³² − 1.
+//!
+//! Dispatch: `math/dispatch` of ceil(n/1024). Workgroup memory: 1024 bytes.
+
+#import lucerna::math::dispatch::group_of_dispatch
+#import lucerna::math::saturating::add_saturating
+
+const WORKGROUP: u32 = 256u;
+/// Numbers of an invocation.
+const RUN: u32 = 4u;
+/// Numbers of a workgroup.
+const BLOCK: u32 = 1024u;
+const_assert BLOCK == WORKGROUP * RUN;
+
+struct ScanInfo {
+    /// How many numbers.
+    n: u32,
+    /// ceil(n / BLOCK)
+    n_blocks: u32,
+}
+
+@group(1) @binding(0) var<uniform> info: ScanInfo;
+@group(1) @binding(1) var<storage, read_write> numbers: array<u32>;
+/// One a block.
+@group(1) @binding(2) var<storage, read_write> sums: array<u32>;
+
+var<workgroup> partial: array<u32, 256>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let block = group_of_dispatch(workgroup_id);
+    let first = block * BLOCK + local * RUN;
+    var run = array<u32, RUN>();
+    var sum = 0u;
+    for (var k = 0u; k < RUN; k++) {
+        // Groups past the end have no block; their index may wrap, and they load nothing.
+        if block < info.n_blocks && first + k < info.n {
+            run[k] = numbers[first + k];
+        }
+        sum = add_saturating(sum, run[k]);
+    }
+    partial[local] = sum;
+    workgroupBarrier();
+    for (var reach = 1u; reach < WORKGROUP; reach *= 2u) {
+        var before = 0u;
+        if local >= reach {
+            before = partial[local - reach];
+        }
+        workgroupBarrier();
+        partial[local] = add_saturating(partial[local], before);
+        workgroupBarrier();
+    }
+    var total = 0u;
+    if local > 0u {
+        total = partial[local - 1u];
+    }
+    for (var k = 0u; k < RUN; k++) {
+        if block < info.n_blocks && first + k < info.n {
+            numbers[first + k] = total;
+        }
+        total = add_saturating(total, run[k]);
+    }
+    if local == WORKGROUP - 1u && block < info.n_blocks {
+        sums[block] = total;
+    }
+}
