@@ -62,6 +62,16 @@ pub enum GpuError {
         /// What wgpu says.
         source: wgpu::RequestDeviceError,
     },
+    /// A picture that is larger than the device's textures.
+    #[error("a picture of {width}×{height} pixels does not fit: this device's textures have at most {limit} a side; render it smaller")]
+    PictureTooLarge {
+        /// Pixels a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// `max_texture_dimension_2d` of the device.
+        limit: u32,
+    },
     /// Data that is too large for one binding.
     #[error("{what} needs {bytes} bytes in one binding, and this device allows {limit}; {advice}")]
     TooLarge {

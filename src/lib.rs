@@ -12,6 +12,7 @@
 //! | open a device, or wrap one that is there | [`gpu`] |
 //! | load a glTF or OBJ file, or put a scene together | [`scene`] |
 //! | bring a scene to the GPU: bind group 0 of every kernel | [`gpu_scene`] |
+//! | render frames: G-buffer, direct light, a technique's indirect light | [`frame`] |
 //! | trace paths | [`reference`](mod@reference) |
 //! | trace many rays at once | [`rays`] |
 //! | voxelize a scene | [`voxel`] |
@@ -69,6 +70,7 @@ pub mod bindings;
 pub mod blocking;
 #[cfg(feature = "cli")]
 pub mod compare;
+pub mod frame;
 pub mod gpu;
 pub mod gpu_scene;
 pub mod picture;

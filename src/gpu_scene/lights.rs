@@ -15,6 +15,8 @@ pub struct LightTable {
     by_triangle: Vec<(usize, u32)>,
     /// Which entry is the sky, or NONE.
     pub sky: u32,
+    /// Point, spot and directional lights, the first entries.
+    pub n_punctual: u32,
 }
 
 impl LightTable {
@@ -50,8 +52,20 @@ impl LightTable {
             // Through the sphere around the scene: area × πL. A scene without extent still has a sky.
             powers.push(4.0 * PI * radius * radius * PI * sky.mean_luminance);
         }
-        fill_alias_table(&mut entries, &powers);
-        Self { entries, by_triangle, sky: sky_ix }
+        let n_punctual = scene.lights.len();
+        for (entry, drawn) in entries.iter_mut().zip(alias_table(&powers)) {
+            entry.probability = drawn.probability;
+            entry.alias_threshold = drawn.threshold;
+            entry.alias_ix = drawn.alias_ix;
+        }
+        for (entry, drawn) in
+            entries[n_punctual..].iter_mut().zip(alias_table(&powers[n_punctual..]))
+        {
+            entry.hittable_probability = drawn.probability;
+            entry.hittable_threshold = drawn.threshold;
+            entry.hittable_alias_ix = n_punctual as u32 + drawn.alias_ix;
+        }
+        Self { entries, by_triangle, sky: sky_ix, n_punctual: n_punctual as u32 }
     }
 
     pub fn entries(&self) -> &[wgsl::Light] {
@@ -87,9 +101,9 @@ const NO_LIGHT: wgsl::Light = wgsl::Light {
     probability: 0.0,
     alias_threshold: 1.0,
     alias_ix: 0,
-    reserved_a: 0,
-    reserved_b: 0,
-    reserved_c: 0,
+    hittable_probability: 0.0,
+    hittable_threshold: 1.0,
+    hittable_alias_ix: 0,
 };
 
 fn punctual(light: &Light) -> wgsl::Light {
@@ -154,35 +168,46 @@ pub(super) fn luminance(color: Vec3) -> f32 {
     color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
+/// An entry of an alias table.
+#[derive(Clone, Copy, Debug)]
+struct Drawn {
+    probability: f32,
+    /// Keep this entry where the random number is below, else take `alias_ix`.
+    threshold: f32,
+    alias_ix: u32,
+}
+
 /// Vose's alias method. Half of the draws go by power and half are uniform: a weak light close by
 /// would otherwise be starved by a strong one far away. Lights without any power are never drawn.
-fn fill_alias_table(entries: &mut [wgsl::Light], powers: &[f32]) {
+fn alias_table(powers: &[f32]) -> Vec<Drawn> {
     let total: f64 = powers.iter().map(|&p| f64::from(p)).sum();
     let shining = powers.iter().filter(|&&p| p > 0.0).count();
+    let n = powers.len();
     if shining == 0 {
-        return;
+        let never = |ix| Drawn { probability: 0.0, threshold: 1.0, alias_ix: ix as u32 };
+        return (0..n).map(never).collect();
     }
-    let n = entries.len();
     let probabilities: Vec<f64> = powers
         .iter()
         .map(|&p| if p > 0.0 { 0.5 * f64::from(p) / total + 0.5 / shining as f64 } else { 0.0 })
         .collect();
     let mut scaled: Vec<f64> = probabilities.iter().map(|p| p * n as f64).collect();
     let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&ix| scaled[ix] < 1.0);
-    for (ix, entry) in entries.iter_mut().enumerate() {
-        entry.probability = probabilities[ix] as f32;
-        entry.alias_threshold = 1.0;
-        entry.alias_ix = ix as u32;
-    }
+    let mut table: Vec<_> = probabilities
+        .iter()
+        .enumerate()
+        .map(|(ix, &p)| Drawn { probability: p as f32, threshold: 1.0, alias_ix: ix as u32 })
+        .collect();
     while let (Some(&giver), Some(taker)) = (large.last(), small.pop()) {
-        entries[taker].alias_threshold = scaled[taker] as f32;
-        entries[taker].alias_ix = giver as u32;
+        table[taker].threshold = scaled[taker] as f32;
+        table[taker].alias_ix = giver as u32;
         scaled[giver] -= 1.0 - scaled[taker];
         if scaled[giver] < 1.0 {
             large.pop();
             small.push(giver);
         }
     }
+    table
 }
 
 #[cfg(test)]
@@ -195,13 +220,12 @@ mod tests {
     fn alias_table_gives_the_stated_probabilities() {
         let powers: Vec<f32> =
             (0..1000).map(|k| if k % 7 == 0 { 0.0 } else { (k * k) as f32 }).collect();
-        let mut entries = vec![NO_LIGHT; powers.len()];
-        fill_alias_table(&mut entries, &powers);
+        let entries = alias_table(&powers);
         let n = entries.len() as f64;
         let mut drawn = vec![0.0; entries.len()];
         for (ix, entry) in entries.iter().enumerate() {
-            drawn[ix] += f64::from(entry.alias_threshold) / n;
-            drawn[entry.alias_ix as usize] += (1.0 - f64::from(entry.alias_threshold)) / n;
+            drawn[ix] += f64::from(entry.threshold) / n;
+            drawn[entry.alias_ix as usize] += (1.0 - f64::from(entry.threshold)) / n;
         }
         for (ix, (drawn, entry)) in drawn.iter().zip(&entries).enumerate() {
             assert!((drawn - f64::from(entry.probability)).abs() < 1e-7, "{ix}: {drawn} {entry:?}");

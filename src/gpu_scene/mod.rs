@@ -6,6 +6,7 @@ mod flatten;
 mod lights;
 mod sky;
 
+use crate::bindings::baseline::kernels::frame::gbuffer as raster_seam;
 use crate::bindings::baseline::kernels::reference::path_trace as seam;
 use crate::bindings::host::scene::SceneInfo;
 use crate::bindings::ray_query::kernels::reference::path_trace as ray_query_seam;
@@ -69,6 +70,8 @@ pub struct GpuScene {
     rays: RaySource,
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
+    raster_layout: wgpu::BindGroupLayout,
+    raster_bind_group: wgpu::BindGroup,
     memory: SceneMemory,
     skipped_triangles: usize,
     textured: bool,
@@ -139,9 +142,9 @@ impl GpuScene {
             sky_light: lights.sky,
             diffuse_only: u32::from(options.diffuse_only),
             n_hittable_lights: lights.n_hittable(),
+            n_punctual_lights: lights.n_punctual,
             reserved_a: 0,
             reserved_b: 0,
-            reserved_c: 0,
         };
         let info_buffer = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("scene info"),
@@ -160,6 +163,20 @@ impl GpuScene {
             textures: atlas.bytes,
         };
 
+        // The raster stages ask no rays and draw no lights.
+        let raster_layout = raster_seam::WgpuBindGroup0::get_bind_group_layout(&gpu.device);
+        let raster_bind_group = raster_seam::WgpuBindGroup0::from_bindings(
+            &gpu.device,
+            raster_seam::WgpuBindGroup0Entries::new(raster_seam::WgpuBindGroup0EntriesParams {
+                scene: info_buffer.as_entire_buffer_binding(),
+                triangles: triangle_buffer.as_entire_buffer_binding(),
+                triangle_shading: shading_buffer.as_entire_buffer_binding(),
+                materials: material_buffer.as_entire_buffer_binding(),
+                atlas_srgb: &atlas.srgb,
+                atlas_linear: &atlas.linear,
+            }),
+        );
+        let raster_bind_group = raster_bind_group.inner().clone();
         let (layout, bind_group, acceleration) = match options.rays {
             RaySource::Software => {
                 let node_buffer = storage(gpu, "BVH nodes", bvh.nodes(), smaller)?;
@@ -205,6 +222,8 @@ impl GpuScene {
             rays: options.rays,
             layout,
             bind_group,
+            raster_layout,
+            raster_bind_group,
             memory,
             skipped_triangles: world.skipped,
             textured: atlas.n_images() > 0,
@@ -220,6 +239,27 @@ impl GpuScene {
     /// Bind group 0.
     pub fn bind_group(&self) -> &wgpu::BindGroup {
         &self.bind_group
+    }
+
+    /// Layout of [`Self::raster_bind_group`].
+    pub fn raster_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.raster_layout
+    }
+
+    /// Bind group 0 of vertex and fragment kernels: triangles, materials and textures.
+    pub fn raster_bind_group(&self) -> &wgpu::BindGroup {
+        &self.raster_bind_group
+    }
+
+    /// The row of [`VARIANTS`](crate::shader::VARIANTS) in which vertex and fragment kernels run on
+    /// this scene: they ask no rays.
+    pub fn raster_variant(&self) -> &'static str {
+        if self.textured { "" } else { "untextured" }
+    }
+
+    /// Whether every surface is Lambert ([`GpuSceneOptions::diffuse_only`]).
+    pub fn is_diffuse_only(&self) -> bool {
+        self.info.diffuse_only != 0
     }
 
     /// What answers rays.

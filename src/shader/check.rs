@@ -24,12 +24,28 @@ pub struct Variant {
 pub const BASELINE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
 /// Kernels that ask the host seam.
-const SCENE_KERNELS: &[&str] = &["rays/nearest_hit", "rays/any_hit", "reference/path_trace"];
+const SCENE_KERNELS: &[&str] = &[
+    "frame/composite",
+    "frame/direct",
+    "rays/nearest_hit",
+    "rays/any_hit",
+    "reference/path_trace",
+];
+
+/// Those, and the one that reads textures but asks no rays.
+const UNTEXTURED_KERNELS: &[&str] = &[
+    "frame/composite",
+    "frame/direct",
+    "frame/gbuffer",
+    "rays/nearest_hit",
+    "rays/any_hit",
+    "reference/path_trace",
+];
 
 /// Every variant there is; the baseline stands first.
 pub const VARIANTS: &[Variant] = &[
     Variant { name: "", capabilities: BASELINE, kernels: None },
-    Variant { name: "untextured", capabilities: BASELINE, kernels: Some(SCENE_KERNELS) },
+    Variant { name: "untextured", capabilities: BASELINE, kernels: Some(UNTEXTURED_KERNELS) },
     Variant {
         name: "ray_query",
         capabilities: BASELINE.union(Capabilities::RAY_QUERY),

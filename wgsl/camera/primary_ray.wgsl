@@ -36,3 +36,12 @@ fn primary_ray(camera: Camera, point: vec2<f32>) -> PrimaryRay {
     }
     return PrimaryRay(camera.position, safe_normalize(camera.forward + offset, camera.forward));
 }
+
+/// The point of the picture (as in [`primary_ray`]) at this distance along the view axis [m].
+fn point_at_depth(camera: Camera, point: vec2<f32>, depth: f32) -> vec3<f32> {
+    let offset = camera.right * (2.0 * point.x - 1.0) + camera.up * (1.0 - 2.0 * point.y);
+    if camera.orthographic != 0u {
+        return camera.position + (offset + camera.forward * depth);
+    }
+    return camera.position + (camera.forward + offset) * depth;
+}

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Host seam: drawing a light, and the density with which one would have been drawn.
 //!
-//! Interface: `LightSample`, `sample_light`, `pdf_of_emitter`, `pdf_of_sky`,
-//! `lights_can_be_hit`. All densities are by solid angle and include the choice of the light.
+//! Interface: `LightSample`; of all lights: `sample_light`, `pdf_of_emitter`, `pdf_of_sky`,
+//! `lights_can_be_hit`; of those that a ray can hit (emissive triangles and the sky) alone:
+//! `sample_hittable_light`, `pdf_of_hittable_emitter`, `pdf_of_hittable_sky`; of the others (point, spot,
+//! directional), one by one: `n_punctual_lights`, `punctual_light`. All densities are by solid angle
+//! and include the choice of the light.
 #define_import_path lucerna::host::lights
 
 #import lucerna::geometry::barycentric::interpolate_vec3
@@ -33,52 +36,82 @@ struct LightSample {
 ///
 /// `u`: uniform in [0, 1)⁴: x chooses an entry, y, z a place on it, w between entry and alias.
 fn sample_light(at: vec3<f32>, u: vec4<f32>) -> LightSample {
-    var out = LightSample(vec3<f32>(0.0, 1.0, 0.0), FLOAT_MAX, at, 0.0, vec3<f32>(0.0));
     if scene.n_lights == 0u {
-        return out;
+        return no_light(at);
     }
     let entry = min(u32(u.x * f32(scene.n_lights)), scene.n_lights - 1u);
     let light_ix = select(lights[entry].alias_ix, entry, u.w < lights[entry].alias_threshold);
-    // Field by field: a light is 80 bytes, and most kinds need few of them.
-    let kind = lights[light_ix].kind;
     let probability = lights[light_ix].probability;
-    if kind == LIGHT_TRIANGLE {
-        return sample_emitter(lights[light_ix].triangle, at, u.yz, probability);
+    if light_ix >= scene.n_punctual_lights {
+        return sample_hittable(light_ix, at, u.yz, probability);
     }
-    if kind == LIGHT_SKY {
-        let drawn = sample_sky(u.yz);
-        out.direction = drawn.direction;
-        out.pdf = drawn.pdf * probability;
-        if out.pdf > 0.0 {
-            out.weight = drawn.radiance / out.pdf;
-        }
-        return out;
+    var out = punctual_light(light_ix, at);
+    out.weight /= probability;
+    return out;
+}
+
+/// As [`sample_light`], drawing only among emissive triangles and the sky.
+fn sample_hittable_light(at: vec3<f32>, u: vec4<f32>) -> LightSample {
+    let n = scene.n_lights - scene.n_punctual_lights;
+    if n == 0u {
+        return no_light(at);
     }
+    let entry = scene.n_punctual_lights + min(u32(u.x * f32(n)), n - 1u);
+    let keep = u.w < lights[entry].hittable_threshold;
+    let light_ix = select(lights[entry].hittable_alias_ix, entry, keep);
+    return sample_hittable(light_ix, at, u.yz, lights[light_ix].hittable_probability);
+}
+
+/// How many lights [`punctual_light`] knows.
+fn n_punctual_lights() -> u32 {
+    return scene.n_punctual_lights;
+}
+
+/// All that one of the lights without extent sends to a point, `ix` < [`n_punctual_lights`]:
+/// `weight` is the irradiance on a surface that faces it [W·m⁻²], `pdf` is 0.
+fn punctual_light(ix: u32, at: vec3<f32>) -> LightSample {
+    // Field by field: a light is 80 bytes, and each kind needs few of them.
+    let kind = lights[ix].kind;
     var found: PunctualSample;
     if kind == LIGHT_DIRECTIONAL {
-        found = sample_directional_light(lights[light_ix].direction, lights[light_ix].intensity);
+        found = sample_directional_light(lights[ix].direction, lights[ix].intensity);
     } else if kind == LIGHT_POINT {
-        found = sample_point_light(
-            lights[light_ix].position,
-            lights[light_ix].intensity,
-            lights[light_ix].range,
-            at,
-        );
+        found = sample_point_light(lights[ix].position, lights[ix].intensity, lights[ix].range, at);
     } else if kind == LIGHT_SPOT {
         found = sample_spot_light(
-            lights[light_ix].position,
-            lights[light_ix].direction,
-            lights[light_ix].intensity,
-            lights[light_ix].range,
-            lights[light_ix].spot_scale,
-            lights[light_ix].spot_offset,
+            lights[ix].position,
+            lights[ix].direction,
+            lights[ix].intensity,
+            lights[ix].range,
+            lights[ix].spot_scale,
+            lights[ix].spot_offset,
             at,
         );
     }
-    out.direction = found.to_light;
-    out.distance = found.distance;
-    out.place = lights[light_ix].position;
-    out.weight = found.normal_irradiance / probability;
+    return LightSample(found.to_light, found.distance, lights[ix].position, 0.0, found.normal_irradiance);
+}
+
+/// Nothing.
+fn no_light(at: vec3<f32>) -> LightSample {
+    return LightSample(vec3<f32>(0.0, 1.0, 0.0), FLOAT_MAX, at, 0.0, vec3<f32>(0.0));
+}
+
+/// A place on the emissive triangle or the sky that was chosen with `probability`.
+fn sample_hittable(light_ix: u32, at: vec3<f32>, u: vec2<f32>, probability: f32) -> LightSample {
+    let kind = lights[light_ix].kind;
+    if kind == LIGHT_TRIANGLE {
+        return sample_emitter(lights[light_ix].triangle, at, u, probability);
+    }
+    var out = no_light(at);
+    if kind != LIGHT_SKY {
+        return out;
+    }
+    let drawn = sample_sky(u);
+    out.direction = drawn.direction;
+    out.pdf = drawn.pdf * probability;
+    if out.pdf > 0.0 {
+        out.weight = drawn.radiance / out.pdf;
+    }
     return out;
 }
 
@@ -113,10 +146,24 @@ fn pdf_of_emitter(triangle_ix: u32, direction: vec3<f32>, distance: f32) -> f32 
     if light_ix == NONE {
         return 0.0;
     }
+    return lights[light_ix].probability * pdf_on_emitter(triangle_ix, direction, distance);
+}
+
+/// As [`pdf_of_emitter`], for [`sample_hittable_light`].
+fn pdf_of_hittable_emitter(triangle_ix: u32, direction: vec3<f32>, distance: f32) -> f32 {
+    let light_ix = triangles[triangle_ix].light;
+    if light_ix == NONE {
+        return 0.0;
+    }
+    return lights[light_ix].hittable_probability * pdf_on_emitter(triangle_ix, direction, distance);
+}
+
+/// The density once the triangle has been chosen [sr⁻¹].
+fn pdf_on_emitter(triangle_ix: u32, direction: vec3<f32>, distance: f32) -> f32 {
     let a = triangles[triangle_ix].corner_a;
     let b = triangles[triangle_ix].corner_b;
     let c = triangles[triangle_ix].corner_c;
-    return lights[light_ix].probability * pdf_triangle_light(a, b, c, direction, distance);
+    return pdf_triangle_light(a, b, c, direction, distance);
 }
 
 /// The density with which [`sample_light`] would have drawn a direction of the sky [sr⁻¹].
@@ -125,6 +172,14 @@ fn pdf_of_sky(direction: vec3<f32>) -> f32 {
         return 0.0;
     }
     return lights[scene.sky_light].probability * pdf_sky(direction);
+}
+
+/// As [`pdf_of_sky`], for [`sample_hittable_light`].
+fn pdf_of_hittable_sky(direction: vec3<f32>) -> f32 {
+    if scene.sky_light == NONE {
+        return 0.0;
+    }
+    return lights[scene.sky_light].hittable_probability * pdf_sky(direction);
 }
 
 /// Whether a ray can find light by hitting it: an emissive surface or a sky.

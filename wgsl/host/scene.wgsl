@@ -33,9 +33,10 @@ struct SceneInfo {
     diffuse_only: u32,
     /// Lights that a ray can hit: emissive triangles and the sky.
     n_hittable_lights: u32,
+    /// Point, spot and directional lights: the first entries of `lights`.
+    n_punctual_lights: u32,
     reserved_a: u32,
     reserved_b: u32,
-    reserved_c: u32,
 }
 
 /// A triangle for rays, in world space and in the order of the BVH's leaves.
@@ -152,9 +153,11 @@ struct Light {
     /// Alias table (Vose): keep this entry where the random number is below, else take `alias_ix`.
     alias_threshold: f32,
     alias_ix: u32,
-    reserved_a: u32,
-    reserved_b: u32,
-    reserved_c: u32,
+    /// The same three of a second table, over the lights that a ray can hit alone. (The entries
+    /// behind the punctual ones; 0 of those.)
+    hittable_probability: f32,
+    hittable_threshold: f32,
+    hittable_alias_ix: u32,
 }
 
 @group(0) @binding(0) var<uniform> scene: SceneInfo;

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Host seam: what stands at a hit.
 //!
-//! Interface: `Surface`, `surface_at`, `is_cut_away`.
+//! Interface: `Surface`, `surface_at`, `filtered_surface_at`, `seen_from`, `is_cut_away`.
 #define_import_path lucerna::host::surface
 
 #import lucerna::geometry::barycentric::{interpolate_vec2, interpolate_vec3, interpolate_vec4}
+#import lucerna::frame::pixel_on_triangle::texture_level
 #import lucerna::geometry::ray_offset::interpolation_error
 #import lucerna::host::scene::{scene, triangles, triangle_shading, materials, TextureSlot, SLOT_SECOND_UV, MATERIAL_DOUBLE_SIDED}
 #import lucerna::host::scene::{SHADING_MIRRORED, SHADING_HAS_NORMALS, SHADING_HAS_COLORS}
-#import lucerna::host::textures::{sample_srgb, sample_linear}
+#import lucerna::host::textures::{sample_srgb, sample_linear, sample_srgb_between, sample_linear_between}
 #import lucerna::math::octahedral::unpack_direction
 #import lucerna::math::vector::safe_normalize
 
@@ -40,8 +41,11 @@ fn corner_color(packed: vec2<u32>) -> vec4<f32> {
     return vec4<f32>(unpack2x16unorm(packed.x), unpack2x16unorm(packed.y));
 }
 
-/// Base colour and alpha: factor × texture × vertex colour.
-fn base_color_at(triangle_ix: u32, weights: vec2<f32>) -> vec4<f32> {
+/// The footprint of a point: textures are read at level 0.
+const NO_SPREAD: vec4<f32> = vec4<f32>(0.0);
+
+/// Base colour and alpha: factor × texture × vertex colour. `spread`: as in [`filtered_surface_at`].
+fn base_color_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<f32>) -> vec4<f32> {
     let material_ix = triangles[triangle_ix].material;
     var color = materials[material_ix].base_color;
     if (triangle_shading[triangle_ix].flags & SHADING_HAS_COLORS) != 0u {
@@ -53,8 +57,7 @@ fn base_color_at(triangle_ix: u32, weights: vec2<f32>) -> vec4<f32> {
         );
     }
     if materials[material_ix].base_color_texture.size.x != 0u {
-        let slot = materials[material_ix].base_color_texture;
-        color *= sample_srgb(slot, texture_uv(triangle_ix, slot, weights), 0u);
+        color *= srgb_at(triangle_ix, materials[material_ix].base_color_texture, weights, spread);
     }
     return color;
 }
@@ -77,25 +80,72 @@ fn texture_uv(triangle_ix: u32, slot: TextureSlot, weights: vec2<f32>) -> vec2<f
     );
 }
 
+/// Level of detail of a texture for a footprint.
+fn level_of(triangle_ix: u32, slot: TextureSlot, spread: vec4<f32>) -> f32 {
+    // Coordinates are linear in the weights: differences of weights give differences of coordinates.
+    var corners = triangle_shading[triangle_ix].uv_first;
+    if (slot.flags & SLOT_SECOND_UV) != 0u {
+        corners = triangle_shading[triangle_ix].uv_second;
+    }
+    let along_b = corners[1] - corners[0];
+    let along_c = corners[2] - corners[0];
+    let right = along_b * spread.x + along_c * spread.y;
+    let down = along_b * spread.z + along_c * spread.w;
+    let size = vec2<f32>(slot.size);
+    return texture_level(
+        vec2<f32>(dot(slot.row_u.xy, right), dot(slot.row_v.xy, right)) * size,
+        vec2<f32>(dot(slot.row_u.xy, down), dot(slot.row_v.xy, down)) * size,
+    );
+}
+
+/// A texture's colour, decoded from sRGB, over a footprint.
+fn srgb_at(triangle_ix: u32, slot: TextureSlot, weights: vec2<f32>, spread: vec4<f32>) -> vec4<f32> {
+    let uv = texture_uv(triangle_ix, slot, weights);
+    if all(spread == NO_SPREAD) {
+        return sample_srgb(slot, uv, 0u);
+    }
+    return sample_srgb_between(slot, uv, level_of(triangle_ix, slot, spread));
+}
+
+/// A texture's numbers over a footprint.
+fn linear_at(triangle_ix: u32, slot: TextureSlot, weights: vec2<f32>, spread: vec4<f32>) -> vec4<f32> {
+    let uv = texture_uv(triangle_ix, slot, weights);
+    if all(spread == NO_SPREAD) {
+        return sample_linear(slot, uv, 0u);
+    }
+    return sample_linear_between(slot, uv, level_of(triangle_ix, slot, spread));
+}
+
 /// Whether the material's alpha mask removes this point. `weights`: of the second and third corner.
+/// Always read at level 0: rasterised masks and those that rays meet are the same.
 fn is_cut_away(triangle_ix: u32, weights: vec2<f32>) -> bool {
     let cutoff = materials[triangles[triangle_ix].material].alpha_cutoff;
-    return cutoff >= 0.0 && base_color_at(triangle_ix, weights).a < cutoff;
+    return cutoff >= 0.0 && base_color_at(triangle_ix, weights, NO_SPREAD).a < cutoff;
 }
 
 /// Radiance that the triangle emits at a point, out of its front face [W·sr⁻¹·m⁻²].
 fn emission_at(triangle_ix: u32, weights: vec2<f32>) -> vec3<f32> {
+    return filtered_emission_at(triangle_ix, weights, NO_SPREAD);
+}
+
+/// As [`emission_at`], over a footprint.
+fn filtered_emission_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<f32>) -> vec3<f32> {
     let material_ix = triangles[triangle_ix].material;
     var emission = materials[material_ix].emission;
     if materials[material_ix].emission_texture.size.x != 0u {
-        let slot = materials[material_ix].emission_texture;
-        emission *= sample_srgb(slot, texture_uv(triangle_ix, slot, weights), 0u).rgb;
+        emission *= srgb_at(triangle_ix, materials[material_ix].emission_texture, weights, spread).rgb;
     }
     return emission;
 }
 
 /// The surface at a hit. `weights`: of the triangle's second and third corner.
 fn surface_at(triangle_ix: u32, weights: vec2<f32>) -> Surface {
+    return filtered_surface_at(triangle_ix, weights, NO_SPREAD);
+}
+
+/// As [`surface_at`], with textures filtered over the footprint of a sample: `spread` is how much the
+/// weights change to the next sample of the picture, xy to the right, zw down.
+fn filtered_surface_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<f32>) -> Surface {
     let triangle = triangles[triangle_ix];
     let a = triangle.corner_a;
     let b = triangle.corner_b;
@@ -118,8 +168,8 @@ fn surface_at(triangle_ix: u32, weights: vec2<f32>) -> Surface {
         normal = safe_normalize(along, surface.geometric_normal);
     }
     let material_ix = triangle.material;
-    surface.base_color = base_color_at(triangle_ix, weights).rgb;
-    surface.emission = emission_at(triangle_ix, weights);
+    surface.base_color = base_color_at(triangle_ix, weights, spread).rgb;
+    surface.emission = filtered_emission_at(triangle_ix, weights, spread);
     surface.double_sided = (materials[material_ix].flags & MATERIAL_DOUBLE_SIDED) != 0u;
     surface.metallic = 0.0;
     surface.roughness = 1.0;
@@ -129,12 +179,12 @@ fn surface_at(triangle_ix: u32, weights: vec2<f32>) -> Surface {
         surface.roughness = materials[material_ix].roughness;
         if materials[material_ix].metallic_roughness_texture.size.x != 0u {
             let slot = materials[material_ix].metallic_roughness_texture;
-            let texel = sample_linear(slot, texture_uv(triangle_ix, slot, weights), 0u);
+            let texel = linear_at(triangle_ix, slot, weights, spread);
             surface.metallic *= texel.b;
             surface.roughness *= texel.g;
         }
         if materials[material_ix].normal_texture.size.x != 0u {
-            normal = mapped_normal(triangle_ix, weights, normal);
+            normal = mapped_normal(triangle_ix, weights, spread, normal);
         }
     }
     // A normal that points through the surface is bent back onto its side.
@@ -142,9 +192,35 @@ fn surface_at(triangle_ix: u32, weights: vec2<f32>) -> Surface {
     return surface;
 }
 
+/// The surface as a ray along `direction` (unit length, towards it) sees it: both normals on the
+/// viewer's side, and only the emission that leaves to that side.
+fn seen_from(surface: Surface, direction: vec3<f32>) -> Surface {
+    var seen = surface;
+    let front = dot(surface.geometric_normal, direction) <= 0.0;
+    if !front {
+        seen.geometric_normal = -surface.geometric_normal;
+        seen.shading_normal = -surface.shading_normal;
+    }
+    if !front && !surface.double_sided {
+        seen.emission = vec3<f32>(0.0);
+    }
+    // A shading normal that the viewer sees from behind is turned round, as in Mitsuba's two-sided
+    // materials. What it then reflects lies mostly below the surface and is refused later.
+    // (Falling back on the geometric normal here adds 3 % of indirect light to Crytek's Sponza.)
+    if dot(seen.shading_normal, direction) >= 0.0 {
+        seen.shading_normal = -seen.shading_normal;
+    }
+    return seen;
+}
+
 /// The normal map's normal (glTF 2.0 §3.9.3): 2·texel − 1, x and y scaled, in the frame of the
 /// interpolated tangent, bitangent and normal.
-fn mapped_normal(triangle_ix: u32, weights: vec2<f32>, normal: vec3<f32>) -> vec3<f32> {
+fn mapped_normal(
+    triangle_ix: u32,
+    weights: vec2<f32>,
+    spread: vec4<f32>,
+    normal: vec3<f32>,
+) -> vec3<f32> {
     let material_ix = triangles[triangle_ix].material;
     let slot = materials[material_ix].normal_texture;
     let scale = materials[material_ix].normal_scale;
@@ -158,7 +234,7 @@ fn mapped_normal(triangle_ix: u32, weights: vec2<f32>, normal: vec3<f32>) -> vec
     let tangent = safe_normalize(along - normal * dot(along, normal), vec3<f32>(0.0));
     let side = select(1.0, -1.0, (triangle_shading[triangle_ix].flags & SHADING_MIRRORED) != 0u);
     let bitangent = cross(normal, tangent) * side;
-    let texel = sample_linear(slot, texture_uv(triangle_ix, slot, weights), 0u).xyz * 2.0 - 1.0;
+    let texel = linear_at(triangle_ix, slot, weights, spread).xyz * 2.0 - 1.0;
     let local = vec3<f32>(texel.xy * scale, texel.z);
     return safe_normalize(tangent * local.x + bitangent * local.y + normal * local.z, normal);
 }

@@ -104,3 +104,32 @@ fn sample_linear(slot: TextureSlot, uv: vec2<f32>, level: u32) -> vec4<f32> {
     );
     return mix(upper, lower, at.weights.y);
 }
+
+/// As [`sample_srgb`] at a fractional level: between the two nearest mips (trilinear). `level` ≥ 0.
+fn sample_srgb_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32> {
+    // Images have at most 2³² texels a side.
+    let base = min(u32(level), 31u);
+    let share = clamp(level - f32(base), 0.0, 1.0);
+    var sum = vec4<f32>(0.0);
+    for (var ix = 0u; ix < 2u; ix++) {
+        let weight = select(share, 1.0 - share, ix == 0u);
+        if weight > 0.0 {
+            sum += weight * sample_srgb(slot, uv, base + ix);
+        }
+    }
+    return sum;
+}
+
+/// As [`sample_linear`] at a fractional level, likewise.
+fn sample_linear_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32> {
+    let base = min(u32(level), 31u);
+    let share = clamp(level - f32(base), 0.0, 1.0);
+    var sum = vec4<f32>(0.0);
+    for (var ix = 0u; ix < 2u; ix++) {
+        let weight = select(share, 1.0 - share, ix == 0u);
+        if weight > 0.0 {
+            sum += weight * sample_linear(slot, uv, base + ix);
+        }
+    }
+    return sum;
+}

@@ -8,16 +8,14 @@
 //! *direct* by one reflection, *indirect* by more.
 #define_import_path lucerna::reference::path
 
-#import lucerna::bsdf::bsdf_sample::BsdfSample
-#import lucerna::bsdf::lambert::{evaluate_lambert, pdf_lambert, sample_lambert}
-#import lucerna::bsdf::metallic_roughness::{MetallicRoughness, metallic_roughness}
-#import lucerna::bsdf::metallic_roughness::{evaluate_metallic_roughness, pdf_metallic_roughness, sample_metallic_roughness}
+#import lucerna::bsdf::metallic_roughness::metallic_roughness
+#import lucerna::bsdf::scattering::{Scattering, evaluate_scattering, scattering_pdf, scatter}
 #import lucerna::camera::primary_ray::{Camera, primary_ray}
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::host::lights::{sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
 #import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
 #import lucerna::host::sky::sky_radiance
-#import lucerna::host::surface::{Surface, surface_at}
+#import lucerna::host::surface::{Surface, surface_at, seen_from}
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::float::all_finite
 #import lucerna::math::frame::frame_from_normal
@@ -107,37 +105,6 @@ fn stream_of(settings: PathSettings, pixel: vec2<u32>) -> vec2<u32> {
     return vec2<u32>(pixel.y * settings.size.x + pixel.x, settings.seed);
 }
 
-/// Reflection at a surface in its local frame (z: the shading normal on the viewer's side).
-struct Scattering {
-    material: MetallicRoughness,
-    lambert: bool,
-    to_viewer: vec3<f32>,
-}
-
-/// f [sr⁻¹] without cosine.
-fn evaluate(scattering: Scattering, to_light: vec3<f32>) -> vec3<f32> {
-    if scattering.lambert {
-        return evaluate_lambert(scattering.material.base_color);
-    }
-    return evaluate_metallic_roughness(scattering.material, scattering.to_viewer, to_light);
-}
-
-/// Density with which [`scatter`] draws a direction [sr⁻¹].
-fn scattering_pdf(scattering: Scattering, to_light: vec3<f32>) -> f32 {
-    if scattering.lambert {
-        return pdf_lambert(to_light.z);
-    }
-    return pdf_metallic_roughness(scattering.material, scattering.to_viewer, to_light);
-}
-
-/// Draws a direction in the local frame.
-fn scatter(scattering: Scattering, u: vec3<f32>) -> BsdfSample {
-    if scattering.lambert {
-        return sample_lambert(scattering.material.base_color, u.xy);
-    }
-    return sample_metallic_roughness(scattering.material, scattering.to_viewer, u);
-}
-
 /// Follows paths through one pixel and adds them to its sums.
 ///
 /// A finished path is followed by the pixel's next one within the same loop, so that neighbours in
@@ -181,21 +148,14 @@ fn advance(
         add_light(path, depth, (*path).throughput * sky_radiance(direction) * weight);
         return false;
     }
-    let surface = surface_at(hit.triangle, hit.barycentrics);
-    let front = dot(surface.geometric_normal, direction) <= 0.0;
-    if any(surface.emission > vec3<f32>(0.0)) && (front || surface.double_sided) {
+    let surface = seen_from(surface_at(hit.triangle, hit.barycentrics), direction);
+    if any(surface.emission > vec3<f32>(0.0)) {
         let light_pdf = pdf_of_emitter(hit.triangle, direction, hit.t);
         let weight = select(power_heuristic((*path).pdf, light_pdf), 1.0, depth == 0u);
         add_light(path, depth, (*path).throughput * surface.emission * weight);
     }
-    let geometric_normal = select(-surface.geometric_normal, surface.geometric_normal, front);
-    var normal = select(-surface.shading_normal, surface.shading_normal, front);
-    // A shading normal that the viewer sees from behind is turned round, as in Mitsuba's two-sided
-    // materials. What it then reflects lies mostly below the surface and is refused further down.
-    // (Falling back on the geometric normal here adds 3 % of indirect light to Crytek's Sponza.)
-    if dot(normal, direction) >= 0.0 {
-        normal = -normal;
-    }
+    let geometric_normal = surface.geometric_normal;
+    let normal = surface.shading_normal;
     if depth == 0u {
         (*sums).albedo += surface.base_color;
         (*sums).normal += normal;
@@ -221,7 +181,7 @@ fn advance(
     let light = sample_light(surface.position, random_vec4(stream, sample_ix, 2u * depth + 1u));
     if any(light.weight > vec3<f32>(0.0)) && dot(light.direction, geometric_normal) > 0.0 {
         let to_light = light.direction * frame;
-        let reflected = evaluate(scattering, to_light) * max(to_light.z, 0.0) * light.weight;
+        let reflected = evaluate_scattering(scattering, to_light) * max(to_light.z, 0.0) * light.weight;
         if any(reflected > vec3<f32>(0.0)) {
             let origin = offset_ray_origin(
                 surface.position,

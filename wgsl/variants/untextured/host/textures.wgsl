@@ -17,3 +17,13 @@ fn sample_srgb(slot: TextureSlot, uv: vec2<f32>, level: u32) -> vec4<f32> {
 fn sample_linear(slot: TextureSlot, uv: vec2<f32>, level: u32) -> vec4<f32> {
     return vec4<f32>(1.0);
 }
+
+/// White.
+fn sample_srgb_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32> {
+    return vec4<f32>(1.0);
+}
+
+/// White.
+fn sample_linear_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32> {
+    return vec4<f32>(1.0);
+}

@@ -1,0 +1,158 @@
+//! Direct light of every pixel: the kernel `frame/direct`.
+
+use super::gbuffer::extent;
+use super::{BindGroupCache, Frame, GBuffer};
+use crate::bindings::baseline::kernels::frame::direct as kernel;
+use crate::bindings::baseline::lucerna::frame::direct_light::DirectSettings as Uniform;
+use crate::gpu::Gpu;
+use crate::gpu_scene::GpuScene;
+use crate::modules::shader_module;
+use glam::UVec2;
+use wgpu::util::DeviceExt;
+
+/// How much is spent on direct light. (Point, spot and directional lights get a ray each, as long as
+/// there are no more than 16.)
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DirectSettings {
+    /// Draws of an emissive triangle or the sky, per pixel and frame.
+    pub n_samples: u32,
+    /// Draws of a reflection, per pixel and frame, which find lights by chance: what is bright and
+    /// near, and what glossy surfaces mirror. 0: none; the mean is the same, with more noise.
+    pub n_bsdf_samples: u32,
+}
+
+impl Default for DirectSettings {
+    fn default() -> Self {
+        Self { n_samples: 4, n_bsdf_samples: 1 }
+    }
+}
+
+/// The compiled kernel with its target.
+#[derive(Debug)]
+pub struct DirectPass {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    variant: &'static str,
+    settings: wgpu::Buffer,
+    n_rejected: wgpu::Buffer,
+    radiance: wgpu::TextureView,
+    groups: BindGroupCache,
+}
+
+impl DirectPass {
+    /// Compiles the kernel in the scene's [variant](GpuScene::variant) and makes a target of this
+    /// size \[pixels\].
+    pub fn new(gpu: &Gpu, scene: &GpuScene, size: UVec2, settings: DirectSettings) -> Self {
+        let name = "frame/direct";
+        let device = &gpu.device;
+        let layout = kernel::WgpuBindGroup1::get_bind_group_layout(device);
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(name),
+            bind_group_layouts: &[Some(scene.layout()), Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: Some(&pipeline_layout),
+            module: &shader_module(gpu, name, scene.variant()),
+            entry_point: Some(kernel::ENTRY_MAIN),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        let settings = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("direct settings"),
+            contents: bytemuck::bytes_of(&Uniform {
+                n_light_samples: settings.n_samples,
+                n_bsdf_samples: settings.n_bsdf_samples,
+                reserved_a: 0,
+                reserved_b: 0,
+            }),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let n_rejected = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("rejected pixels"),
+            size: 4,
+            usage: wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_SRC
+                | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self {
+            pipeline,
+            layout,
+            variant: scene.variant(),
+            settings,
+            n_rejected,
+            radiance: radiance_target(gpu, "direct", size),
+            groups: Default::default(),
+        }
+    }
+
+    /// rgb: reflected radiance \[W·sr⁻¹·m⁻²\], 0 where there is no surface; a: 1 on surfaces.
+    /// `rgba32float`.
+    pub fn radiance(&self) -> &wgpu::TextureView {
+        &self.radiance
+    }
+
+    /// A u32: how many pixels of all frames so far were not finite and were replaced by 0. It has
+    /// `COPY_SRC`.
+    pub fn n_rejected(&self) -> &wgpu::Buffer {
+        &self.n_rejected
+    }
+
+    /// Records one dispatch.
+    ///
+    /// # Panics
+    /// If view, G-buffer and target differ in size, or the scene's variant is another than the one
+    /// that the kernel was compiled for.
+    pub fn record(&mut self, frame: &mut Frame, gbuffer: &GBuffer) {
+        let size = gbuffer.size();
+        assert_eq!(self.variant, frame.scene.variant(), "compiled for another variant");
+        assert_eq!(frame.view.size(), size, "view and G-buffer differ in size");
+        assert_eq!(extent(size), self.radiance.texture().size(), "G-buffer and target differ");
+        let uniform = frame.view.uniform();
+        let group = self.groups.get(&[uniform], &[&gbuffer.depth], || {
+            let entries = kernel::WgpuBindGroup1Entries::new(kernel::WgpuBindGroup1EntriesParams {
+                view: uniform.as_entire_buffer_binding(),
+                settings: self.settings.as_entire_buffer_binding(),
+                albedo: &gbuffer.albedo,
+                normals: &gbuffer.normals,
+                emission: &gbuffer.emission,
+                depth: &gbuffer.depth,
+                direct: &self.radiance,
+                n_rejected: self.n_rejected.as_entire_buffer_binding(),
+            });
+            frame.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("frame/direct"),
+                layout: &self.layout,
+                entries: &entries.into_array(),
+            })
+        });
+        let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("frame/direct"),
+            timestamp_writes: frame.timers.as_deref_mut().and_then(|t| t.compute("frame/direct")),
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, frame.scene.bind_group(), &[]);
+        pass.set_bind_group(1, &group, &[]);
+        let side = kernel::WORKGROUP;
+        pass.dispatch_workgroups(size.x.div_ceil(side), size.y.div_ceil(side), 1);
+    }
+}
+
+/// A texture for radiance that kernels write and read.
+pub(super) fn radiance_target(gpu: &Gpu, label: &str, size: UVec2) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: extent(size),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}

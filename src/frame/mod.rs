@@ -1,0 +1,136 @@
+//! The frame that all real-time techniques share: G-buffer, direct light, a technique's indirect
+//! light, and their sum over frames.
+//!
+//! ```text
+//! View::advance      camera, jitter, matrices          -> uniform buffer
+//! GBufferPass        rasterises the scene              -> GBuffer
+//! Technique::update  what the technique keeps up to date
+//! DirectPass         lights with ray-traced shadows    -> radiance
+//! Technique::shade   indirect light                    -> radiance
+//! CompositePass      emitted + direct + indirect       -> Accumulator
+//! ```
+//!
+//! Passes record into the caller's encoder ([`Frame`]). Nothing here submits, waits or reads back,
+//! and from the second frame on nothing is allocated as long as textures and buffers stay the same.
+//! [`View::advance`] and [`Accumulator`] write their uniforms with `queue.write_buffer`, which takes
+//! effect at the next submission: submit each frame before the next one is begun.
+//!
+//! | pass | reads | writes |
+//! |---|---|---|
+//! | `frame/gbuffer` | scene, view | the five textures of [`GBuffer`] |
+//! | `frame/direct` | scene, view, G-buffer | `rgba32float` radiance, a count of rejected pixels |
+//! | `frame/composite` | scene (the sky), view, G-buffer, direct, indirect | sums, `rgba32float` beauty |
+
+mod bind_groups;
+mod composite;
+mod direct;
+mod gbuffer;
+mod timers;
+mod view;
+
+use crate::gpu::{Gpu, GpuError};
+use crate::gpu_scene::GpuScene;
+
+pub use bind_groups::BindGroupCache;
+pub use composite::{Accumulator, CompositePass};
+pub use direct::{DirectPass, DirectSettings};
+pub use gbuffer::{GBuffer, GBufferPass};
+pub use timers::PassTimers;
+pub use view::{View, ViewSettings};
+
+/// What a pass needs to record its part of a frame.
+pub struct Frame<'a> {
+    /// The device.
+    pub gpu: &'a Gpu,
+    /// Where passes are recorded.
+    pub encoder: &'a mut wgpu::CommandEncoder,
+    /// Bind group 0.
+    pub scene: &'a GpuScene,
+    /// Camera, frame index, seed, as a uniform buffer ([`View::uniform`]) and on the CPU ([`View::data`]).
+    pub view: &'a View,
+    /// Where passes write GPU timestamps, if they are to be timed.
+    pub timers: Option<&'a mut PassTimers>,
+}
+
+/// A technique of indirect light.
+///
+/// A technique is made by a function of its own (`new(&Gpu, &GpuScene, Settings)`).
+pub trait Technique {
+    /// Brings up to date what the technique keeps between frames: injects, gathers, bounces. Called
+    /// once a frame, before the G-buffer is read.
+    fn update(&mut self, frame: &mut Frame);
+
+    /// Records indirect light of every pixel and returns where it will stand: a texture of the
+    /// picture's size, `rgba16float` or `rgba32float`, rgb: radiance that the surface reflects
+    /// towards the camera \[W·sr⁻¹·m⁻²\] of light that was reflected at least once before; 0 where
+    /// there is no surface. None: there is none.
+    ///
+    /// The surface as `frame::gbuffer::decode_gbuffer` returns it is what reflects: a white
+    /// Lambertian where irradiance is asked for.
+    fn shade(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> Option<wgpu::TextureView>;
+}
+
+/// No indirect light: direct light alone.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoIndirect;
+
+impl Technique for NoIndirect {
+    fn update(&mut self, _frame: &mut Frame) {}
+
+    fn shade(&mut self, _frame: &mut Frame, _gbuffer: &GBuffer) -> Option<wgpu::TextureView> {
+        None
+    }
+}
+
+/// The passes that every technique shares, with their targets.
+#[derive(Debug)]
+pub struct FramePasses {
+    /// What the camera sees.
+    pub gbuffer: GBuffer,
+    /// Direct light.
+    pub direct: DirectPass,
+    /// Sums over frames.
+    pub accumulator: Accumulator,
+    gbuffer_pass: GBufferPass,
+    composite: CompositePass,
+}
+
+impl FramePasses {
+    /// Compiles the passes for the scene's variant and makes targets of this size \[pixels\].
+    ///
+    /// # Errors
+    /// As [`GBuffer::new`].
+    pub fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        size: glam::UVec2,
+        direct: DirectSettings,
+    ) -> Result<Self, GpuError> {
+        Ok(Self {
+            gbuffer: GBuffer::new(gpu, size)?,
+            direct: DirectPass::new(gpu, scene, size, direct),
+            accumulator: Accumulator::new(gpu, size),
+            gbuffer_pass: GBufferPass::new(gpu, scene),
+            composite: CompositePass::new(gpu, scene),
+        })
+    }
+
+    /// Records one frame and adds it to the accumulator.
+    ///
+    /// # Panics
+    /// If the view's size is another than the targets', or the scene's variant another than the one
+    /// that the passes were compiled for.
+    pub fn record(&mut self, frame: &mut Frame, technique: &mut impl Technique) {
+        technique.update(frame);
+        self.gbuffer_pass.record(frame, &self.gbuffer);
+        self.direct.record(frame, &self.gbuffer);
+        let indirect = technique.shade(frame, &self.gbuffer);
+        self.composite.record(
+            frame,
+            &self.gbuffer,
+            self.direct.radiance(),
+            indirect.as_ref(),
+            &mut self.accumulator,
+        );
+    }
+}

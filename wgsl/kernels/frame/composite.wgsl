@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Puts a frame's light together and adds it to the sums over frames.
+//!
+//! beauty = emitted + direct + indirect. Dispatch: ceil(width/8) × ceil(rows/8) × 1 for each stripe of
+//! rows. Workgroup memory: none. Each invocation owns one pixel of `sums` and of `beauty`, so the
+//! same input gives the same bytes.
+
+#import lucerna::frame::gbuffer::{GBufferTexels, decode_gbuffer}
+#import lucerna::frame::view::FrameView
+#import lucerna::host::sky::sky_radiance
+#import lucerna::math::float::all_finite
+#import lucerna::reference::path::PixelSums
+
+const WORKGROUP: u32 = 8u;
+
+/// Which rows this dispatch adds, and whether sums begin anew.
+struct CompositeInfo {
+    /// First row of the picture whose sums stand in `sums`.
+    first_row: u32,
+    n_rows: u32,
+    /// 1: `sums` hold nothing yet.
+    is_first: u32,
+    /// 1: `indirect` is read; 0: there is none.
+    has_indirect: u32,
+}
+
+@group(1) @binding(0) var<uniform> view: FrameView;
+@group(1) @binding(1) var<uniform> info: CompositeInfo;
+@group(1) @binding(2) var albedo: texture_2d<f32>;
+@group(1) @binding(3) var normals: texture_2d<u32>;
+@group(1) @binding(4) var emission: texture_2d<f32>;
+@group(1) @binding(5) var depth: texture_depth_2d;
+/// rgb: radiance [W·sr⁻¹·m⁻²], as all below.
+@group(1) @binding(6) var direct: texture_2d<f32>;
+@group(1) @binding(7) var indirect: texture_2d<f32>;
+@group(1) @binding(8) var<storage, read_write> sums: array<PixelSums>;
+/// Mean over the frames so far.
+@group(1) @binding(9) var beauty: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(WORKGROUP, WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= view.size.x || id.y >= info.n_rows {
+        return;
+    }
+    let pixel = vec2<u32>(id.x, info.first_row + id.y);
+    let texels = GBufferTexels(
+        textureLoad(albedo, pixel, 0),
+        textureLoad(normals, pixel, 0).xy,
+        textureLoad(emission, pixel, 0),
+        textureLoad(depth, pixel, 0),
+    );
+    let surface = decode_gbuffer(view, pixel, texels);
+    let direct_light = textureLoad(direct, pixel, 0).rgb;
+    let indirect_light = textureLoad(indirect, pixel, 0).rgb * f32(info.has_indirect);
+
+    let ix = id.y * view.size.x + id.x;
+    var total: PixelSums;
+    if info.is_first == 0u {
+        total = sums[ix];
+    }
+    total.n_samples += 1u;
+    var emitted = surface.emission;
+    if surface.is_surface {
+        total.albedo += texels.albedo.rgb;
+        total.normal += surface.shading_normal;
+        total.depth += surface.depth;
+        total.n_surfaces += 1u;
+    } else {
+        emitted = sky_radiance(-surface.to_viewer);
+    }
+    if all_finite(emitted) && all_finite(direct_light) && all_finite(indirect_light) {
+        total.emitted += emitted;
+        total.direct += direct_light;
+        total.indirect += indirect_light;
+    } else {
+        total.n_rejected += 1u;
+    }
+    sums[ix] = total;
+    let n = f32(max(total.n_samples - total.n_rejected, 1u));
+    textureStore(beauty, pixel, vec4<f32>((total.emitted + total.direct + total.indirect) / n, 1.0));
+}

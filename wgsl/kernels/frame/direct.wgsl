@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Direct light of every pixel, with ray-traced shadows.
+//!
+//! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Each invocation owns one
+//! pixel of `direct`. `n_rejected` counts pixels whose light was not finite and was replaced by 0.
+
+#import lucerna::frame::direct_light::{DirectSettings, direct_light}
+#import lucerna::frame::gbuffer::{GBufferTexels, decode_gbuffer}
+#import lucerna::frame::view::FrameView
+#import lucerna::math::float::all_finite
+
+const WORKGROUP: u32 = 8u;
+
+@group(1) @binding(0) var<uniform> view: FrameView;
+@group(1) @binding(1) var<uniform> settings: DirectSettings;
+@group(1) @binding(2) var albedo: texture_2d<f32>;
+@group(1) @binding(3) var normals: texture_2d<u32>;
+@group(1) @binding(4) var emission: texture_2d<f32>;
+@group(1) @binding(5) var depth: texture_depth_2d;
+/// rgb: radiance [W·sr⁻¹·m⁻²]; 0 where there is no surface. a: 1 on surfaces.
+@group(1) @binding(6) var direct: texture_storage_2d<rgba32float, write>;
+@group(1) @binding(7) var<storage, read_write> n_rejected: atomic<u32>;
+
+@compute @workgroup_size(WORKGROUP, WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let pixel = id.xy;
+    if any(pixel >= view.size) {
+        return;
+    }
+    let texels = GBufferTexels(
+        textureLoad(albedo, pixel, 0),
+        textureLoad(normals, pixel, 0).xy,
+        textureLoad(emission, pixel, 0),
+        textureLoad(depth, pixel, 0),
+    );
+    let surface = decode_gbuffer(view, pixel, texels);
+    var light = vec3<f32>(0.0);
+    if surface.is_surface {
+        light = direct_light(surface, settings, vec3<u32>(pixel, view.seed), view.frame);
+        if !all_finite(light) {
+            light = vec3<f32>(0.0);
+            atomicAdd(&n_rejected, 1u);
+        }
+    }
+    textureStore(direct, pixel, vec4<f32>(light, select(0.0, 1.0, surface.is_surface)));
+}
