@@ -24,7 +24,8 @@ pub struct Variant {
 pub const BASELINE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
 /// Kernels that ask the host seam.
-const SCENE_KERNELS: &[&str] = &["rays/nearest_hit", "rays/any_hit", "reference/path_trace"];
+const SCENE_KERNELS: &[&str] =
+    &["rays/nearest_hit", "rays/any_hit", "reference/path_trace", "voxel_rt/inject"];
 
 /// Every variant there is; the baseline stands first.
 pub const VARIANTS: &[Variant] = &[
