@@ -16,6 +16,7 @@
 //! | trace paths | [`reference`](mod@reference) |
 //! | trace many rays at once | [`rays`] |
 //! | voxelize a scene | [`voxel`] |
+//! | indirect light by ray-traced voxels | [`voxel_rt`] |
 //! | read and write PNG, EXR and HDR | [`picture`] |
 //! | reach the generated structs and layouts | [`bindings`] |
 //! | wait for the GPU (feature `cli`) | `blocking` |
@@ -79,8 +80,10 @@ pub mod reference;
 pub mod scene;
 pub mod shader;
 pub mod voxel;
+pub mod voxel_rt;
 
 mod modules;
+mod pass;
 
 pub use modules::{
     Binding, EntryPoint, Kernel, Module, kernels, library, modules, variant_library,

@@ -127,9 +127,10 @@ pub(crate) fn shader_module(
     variant_name: &'static str,
 ) -> wgpu::ShaderModule {
     let row = |variant| KERNELS.iter().find(|k| k.name == name && k.variant == variant);
-    // `untextured` only leaves code out, so a kernel that has no such row runs as the baseline.
+    // A kernel without such a row asks nothing of what the variant replaces, or (`untextured`) only
+    // does more than the scene needs: it runs as the baseline.
     let kernel = match row(variant_name) {
-        None if variant_name == "untextured" => row(""),
+        None => row(""),
         found => found,
     };
     let kernel = kernel.expect("kernels are named by the crate itself");

@@ -30,6 +30,8 @@ const SCENE_KERNELS: &[&str] = &[
     "rays/nearest_hit",
     "rays/any_hit",
     "reference/path_trace",
+    "voxel_rt/gather",
+    "voxel_rt/inject",
 ];
 
 /// Those, and the one that reads textures but asks no rays.
@@ -40,6 +42,8 @@ const UNTEXTURED_KERNELS: &[&str] = &[
     "rays/nearest_hit",
     "rays/any_hit",
     "reference/path_trace",
+    "voxel_rt/gather",
+    "voxel_rt/inject",
 ];
 
 /// Every variant there is; the baseline stands first.

@@ -288,6 +288,12 @@ impl Voxelizer {
         Ok(())
     }
 
+    /// Puts the grid somewhere else \[m\], before the next [`record`](Self::record) of all triangles.
+    pub fn move_to(&mut self, gpu: &Gpu, origin: glam::Vec3) {
+        self.grid.origin = origin;
+        gpu.queue.write_buffer(&self.grid_buffer, 0, bytemuck::bytes_of(&self.grid));
+    }
+
     /// The grid.
     pub fn grid(&self) -> &VoxelGrid {
         &self.grid

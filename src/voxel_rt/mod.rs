@@ -13,15 +13,448 @@
 mod carry;
 mod gather;
 mod settings;
+mod shade;
+mod walls;
 
-use crate::bindings::baseline::kernels::voxel_rt::gather as gather_kernel;
-use crate::bindings::baseline::lucerna::voxel::grid::VoxelGrid;
-use crate::bindings::baseline::lucerna::voxel::levels::{MAX_LEVELS, VoxelLevel, VoxelLevels};
+use crate::bindings::baseline::kernels::voxel_rt::gather as kernel;
+use crate::bindings::baseline::lucerna::voxel::levels::{VoxelLevel, VoxelLevels};
+use crate::frame::{Frame, GBuffer, Technique};
 use crate::gpu::{Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
 use crate::pass::buffer;
+use crate::voxel::{
+    BRICK, MAX_BINDING, Resolution, Triangles, VoxelCounts, VoxelError, VoxelGrid, Voxelizer,
+    grid_for_bounds, n_bricks,
+};
+use glam::{IVec3, UVec3, Vec3};
+use std::mem::offset_of;
 
 pub use crate::bindings::baseline::lucerna::voxel_rt::cache::FaceLight;
 pub use carry::{CarryBuffers, CarryInfo, CarryPass};
 pub use gather::{GatherBuffers, GatherInfo, GatherPass};
+pub use shade::{ShadeBuffers, ShadePass};
 pub use settings::{Bounces, Lookup, VoxelRtSettings};
+pub use walls::{WallsBuffers, WallsPass};
+
+/// `voxel-rt` could not be set up.
+#[derive(Debug, thiserror::Error)]
+pub enum VoxelRtError {
+    /// A setting is out of range.
+    #[error("{name} is {value}; possible is {possible}")]
+    Setting {
+        /// Which.
+        name: &'static str,
+        /// What was given.
+        value: String,
+        /// What may be given.
+        possible: &'static str,
+    },
+    /// The grid.
+    #[error(transparent)]
+    Voxel(#[from] VoxelError),
+    /// A limit of the device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
+/// What has changed since the frame before; what was learned from then on counts less.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// Lights, emission or the sky.
+    Light,
+    /// Triangles have moved: those of instances that are marked as moving.
+    Moving,
+    /// Any triangles have moved.
+    Geometry,
+}
+
+/// As many levels as the uniform has room for.
+const MAX_LEVELS: u32 = (offset_of!(VoxelLevels, n_levels) / size_of::<VoxelLevel>()) as u32;
+/// Where the dispatches stand in a voxelizer's counts.
+const VOXEL_GROUPS: u64 = offset_of!(VoxelCounts, voxel_groups) as u64;
+const RECORD_GROUPS: u64 = offset_of!(VoxelCounts, record_groups) as u64;
+
+/// A level follows the eye in steps of so many cells.
+const SCROLL_STEP: i32 = 8;
+
+/// Rays that a face remembers of what stands in its cell while things move.
+const RAYS_WHILE_MOVING: u32 = 8;
+
+/// Frames after a change in which nothing older than a frame counts: light that is reflected again and
+/// again needs as many to arrive.
+const FRAMES_WITHOUT_HISTORY: u32 = 4;
+
+/// The technique: voxels of a scene and the light that their faces receive.
+#[derive(Debug)]
+pub struct VoxelRt {
+    settings: VoxelRtSettings,
+    levels: Vec<Level>,
+    layout: VoxelLevels,
+    levels_buffer: wgpu::Buffer,
+    /// As uniforms, 16 bytes a level.
+    counts: Vec<wgpu::Buffer>,
+    structure: wgpu::Buffer,
+    structure_before: wgpu::Buffer,
+    lights: [wgpu::Buffer; 2],
+    n_rejected: wgpu::Buffer,
+    /// Which of `lights` holds the newest.
+    newest: usize,
+    gather: GatherPass,
+    carry: CarryPass,
+    walls: WallsPass,
+    shade: ShadePass,
+    /// What is to be voxelized before the next frame.
+    pending: Option<Triangles>,
+    frames_since_change: u32,
+    frames_since_motion: u32,
+    n_frames: u32,
+}
+
+/// One grid.
+#[derive(Debug)]
+struct Level {
+    voxelizer: Voxelizer,
+    /// Cell of the world's grid of this size at which the level begins.
+    corner: IVec3,
+}
+
+impl VoxelRt {
+    /// Makes the buffers and compiles the kernels, for scenes of the same variant and bounds.
+    ///
+    /// `eye` \[m\]: where the camera stands; with one level it does not matter.
+    ///
+    /// # Errors
+    /// [`VoxelRtError`]: a setting is out of range, or a buffer is larger than the device binds.
+    pub fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        settings: VoxelRtSettings,
+        eye: Vec3,
+    ) -> Result<Self, VoxelRtError> {
+        settings.check()?;
+        let n_faces = if settings.anisotropic { 6 } else { 1 };
+        let limit = gpu.device.limits().max_storage_buffer_binding_size;
+        let grids = grids(scene, &settings, n_faces, limit, eye)?;
+        let mut layout = VoxelLevels {
+            levels: [NO_LEVEL; MAX_LEVELS as usize],
+            n_levels: grids.len() as u32,
+            reserved_a: 0,
+            reserved_b: 0,
+            reserved_c: 0,
+        };
+        let (mut n_words, mut n_records) = (0, 0);
+        let mut levels = Vec::new();
+        for (level, (grid, corner)) in grids.into_iter().enumerate() {
+            layout.levels[level] =
+                VoxelLevel { grid, first_brick: n_words, first_record: n_records, ..NO_LEVEL };
+            n_words += n_bricks(&grid) + grid.capacity;
+            n_records += grid.capacity * n_faces;
+            levels.push(Level { voxelizer: Voxelizer::new(gpu, scene, grid)?, corner });
+        }
+        let storage = |what, bytes: u64| {
+            if bytes > limit {
+                let advice = "use a lower resolution, fewer levels, or an isotropic grid";
+                return Err(GpuError::TooLarge { what, bytes, limit, advice });
+            }
+            let usage = wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC;
+            Ok(buffer(gpu, what, bytes, usage))
+        };
+        let light_bytes = u64::from(n_records) * size_of::<FaceLight>() as u64;
+        let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let levels_buffer = buffer(gpu, "voxel levels", size_of::<VoxelLevels>() as u64, uniform);
+        gpu.queue.write_buffer(&levels_buffer, 0, bytemuck::bytes_of(&layout));
+        let counts: Vec<_> = levels
+            .iter()
+            .map(|_| buffer(gpu, "voxel counts", 16, uniform | wgpu::BufferUsages::COPY_SRC))
+            .collect();
+        let structure = storage("voxel structure", u64::from(n_words) * 8)?;
+        let structure_before = storage("former voxel structure", u64::from(n_words) * 8)?;
+        let lights =
+            [storage("light of voxels", light_bytes)?, storage("light of voxels", light_bytes)?];
+        let n_rejected = storage("count of rejected samples", 4)?;
+        let gather = GatherPass::new(
+            gpu,
+            scene,
+            &GatherBuffers {
+                levels: &levels_buffer,
+                counts: &counts,
+                structure: &structure,
+                lights: &lights,
+            },
+        );
+        let carry = CarryPass::new(
+            gpu,
+            &CarryBuffers {
+                levels: &levels_buffer,
+                counts: &counts,
+                structure: &structure,
+                structure_before: &structure_before,
+                lights: &lights,
+            },
+        );
+        let walls = WallsPass::new(
+            gpu,
+            &WallsBuffers {
+                levels: &levels_buffer,
+                counts: &counts,
+                structure: &structure,
+                lights: &lights,
+                n_rejected: &n_rejected,
+            },
+        );
+        Ok(Self {
+            settings,
+            levels,
+            layout,
+            levels_buffer,
+            counts,
+            structure,
+            structure_before,
+            lights,
+            n_rejected,
+            newest: 0,
+            gather,
+            carry,
+            walls,
+            shade: ShadePass::new(gpu, settings.lookup),
+            pending: Some(Triangles::All),
+            frames_since_change: 0,
+            frames_since_motion: 0,
+            n_frames: 0,
+        })
+    }
+
+    /// What was chosen.
+    pub fn settings(&self) -> &VoxelRtSettings {
+        &self.settings
+    }
+
+    /// The newest records, `array<FaceLight>`: of each level, slot · faces + face; and the levels'
+    /// layout, uniform `VoxelLevels`.
+    pub fn light(&self) -> (&wgpu::Buffer, &wgpu::Buffer) {
+        (&self.lights[self.newest], &self.levels_buffer)
+    }
+
+    /// How many voxels a level has, and how many found no room: two u32 at the buffer's beginning.
+    pub fn counts(&self, level: usize) -> &wgpu::Buffer {
+        &self.counts[level]
+    }
+
+    /// One u32: how often a face had to leave out samples that were not finite, over all frames. They
+    /// count as dark.
+    pub fn n_rejected(&self) -> &wgpu::Buffer {
+        &self.n_rejected
+    }
+
+    /// Says what has changed since the last [`update`](Self::update). The history is given up, and
+    /// what has moved is voxelized again.
+    pub fn changed(&mut self, change: Change) {
+        self.frames_since_change = 0;
+        if change != Change::Light {
+            self.frames_since_motion = 0;
+        }
+        self.pending = match (change, self.pending) {
+            (Change::Light, pending) => pending,
+            (Change::Geometry, _) | (_, Some(Triangles::All)) => Some(Triangles::All),
+            (Change::Moving, _) => Some(Triangles::Moving),
+        };
+    }
+
+    /// Records one frame of light: voxelizes what has moved, then renews every face. At most one
+    /// update a submission: uniforms are written when it is submitted.
+    ///
+    /// # Errors
+    /// The scene has another number of triangles than the one that this was made for.
+    ///
+    /// # Panics
+    /// If the scene's variant is another.
+    pub fn renew(&mut self, frame: &mut Frame) -> Result<(), VoxelRtError> {
+        let (gpu, scene) = (frame.gpu, frame.scene);
+        let shifts = self.follow(gpu, frame.view.data().camera.position);
+        if self.pending.is_some() || shifts.iter().any(|&shift| shift != IVec3::ZERO) {
+            self.voxelize(frame, &shifts)?;
+        }
+        let n_points = self.settings.points_per_face;
+        let learning = |frames: u32| frames.saturating_sub(FRAMES_WITHOUT_HISTORY - 1).max(1);
+        let light_rays = learning(self.frames_since_change).saturating_mul(n_points);
+        let moving_rays = learning(self.frames_since_motion).saturating_mul(n_points);
+        let max_rays = self.settings.max_rays.min(moving_rays.max(RAYS_WHILE_MOVING));
+        let flags = match self.settings.bounces {
+            Bounces::None => kernel::GATHER_DIRECT,
+            Bounces::One => kernel::GATHER_DIRECT | kernel::GATHER_BOUNCE,
+            Bounces::Unlimited => {
+                kernel::GATHER_DIRECT | kernel::GATHER_BOUNCE | kernel::GATHER_FEEDBACK
+            }
+        };
+        {
+            let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("voxel_rt/gather"),
+                timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/gather")),
+            });
+            for (level, of_level) in self.levels.iter().enumerate() {
+                let info = GatherInfo {
+                    frame: self.n_frames,
+                    seed: self.settings.seed,
+                    n_points,
+                    flags,
+                    light_rays: light_rays as f32,
+                    max_rays: max_rays as f32,
+                    level: level as u32,
+                    reserved: 0,
+                };
+                let arguments = (of_level.voxelizer.counts(), RECORD_GROUPS);
+                self.gather.record(gpu, &mut pass, scene, info, self.newest, arguments);
+            }
+        }
+        self.newest = 1 - self.newest;
+        {
+            let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("voxel_rt/walls"),
+                timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/walls")),
+            });
+            for (level, of_level) in self.levels.iter().enumerate() {
+                let arguments = (of_level.voxelizer.counts(), VOXEL_GROUPS);
+                self.walls.record(&mut pass, level, self.newest, arguments);
+            }
+        }
+        self.n_frames += 1;
+        self.frames_since_change = self.frames_since_change.saturating_add(1);
+        self.frames_since_motion = self.frames_since_motion.saturating_add(1);
+        Ok(())
+    }
+}
+
+impl VoxelRt {
+    /// Moves the levels that the eye has left the middle of, by whole cells; how far each moved.
+    fn follow(&mut self, gpu: &Gpu, eye: Vec3) -> Vec<IVec3> {
+        if self.levels.len() == 1 {
+            return vec![IVec3::ZERO];
+        }
+        let mut shifts = Vec::new();
+        for (level, entry) in self.levels.iter_mut().zip(&mut self.layout.levels) {
+            let corner = corner_around(eye, &entry.grid);
+            let shift = corner - level.corner;
+            if shift != IVec3::ZERO {
+                level.corner = corner;
+                entry.grid.origin = corner.as_vec3() * entry.grid.cell;
+                level.voxelizer.move_to(gpu, entry.grid.origin);
+            }
+            shifts.push(shift);
+        }
+        gpu.queue.write_buffer(&self.levels_buffer, 0, bytemuck::bytes_of(&self.layout));
+        shifts
+    }
+
+    /// Records new structures and carries the light into them.
+    fn voxelize(&mut self, frame: &mut Frame, shifts: &[IVec3]) -> Result<(), VoxelRtError> {
+        let (gpu, scene) = (frame.gpu, frame.scene);
+        let pending = self.pending.take();
+        frame.encoder.copy_buffer_to_buffer(
+            &self.structure,
+            0,
+            &self.structure_before,
+            0,
+            self.structure.size(),
+        );
+        for (ix, level) in self.levels.iter().enumerate() {
+            let triangles = if shifts[ix] == IVec3::ZERO { pending } else { Some(Triangles::All) };
+            if let Some(triangles) = triangles {
+                let written = frame.timers.as_mut().and_then(|t| t.compute("voxel/voxelize"));
+                level.voxelizer.record(frame.encoder, scene, triangles, written)?;
+                let from = level.voxelizer.structure();
+                let to = u64::from(self.layout.levels[ix].first_brick) * 8;
+                let bytes =
+                    u64::from(n_bricks(level.voxelizer.grid()) + level.voxelizer.grid().capacity)
+                        * 8;
+                frame.encoder.copy_buffer_to_buffer(from, 0, &self.structure, to, bytes);
+                frame.encoder.copy_buffer_to_buffer(level.voxelizer.counts(), 0, &self.counts[ix], 0, 16);
+            }
+        }
+        let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("voxel_rt/carry"),
+            timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/carry")),
+        });
+        for (ix, level) in self.levels.iter().enumerate() {
+            let info = CarryInfo { shift: shifts[ix], level: ix as u32 };
+            let arguments = (level.voxelizer.counts(), VOXEL_GROUPS);
+            self.carry.record(gpu, &mut pass, info, self.newest, arguments);
+        }
+        drop(pass);
+        self.newest = 1 - self.newest;
+        Ok(())
+    }
+}
+
+const NO_LEVEL: VoxelLevel = VoxelLevel {
+    grid: VoxelGrid {
+        origin: Vec3::ZERO,
+        cell: 1.0,
+        size: UVec3::ONE,
+        n_faces: 1,
+        bricks: UVec3::ONE,
+        capacity: 0,
+    },
+    first_brick: 0,
+    first_record: 0,
+    reserved_a: 0,
+    reserved_b: 0,
+};
+
+/// The levels' grids, each with its place in the world's grid of its cells.
+fn grids(
+    scene: &GpuScene,
+    settings: &VoxelRtSettings,
+    n_faces: u32,
+    limit: u64,
+    eye: Vec3,
+) -> Result<Vec<(VoxelGrid, IVec3)>, VoxelRtError> {
+    let (min, max) = scene.bounds();
+    // What the light of all levels together may take.
+    let room = limit.min(MAX_BINDING) / (size_of::<FaceLight>() as u64 * u64::from(n_faces));
+    let room = (room / u64::from(settings.n_levels)).max(1) as u32;
+    let resolution = Resolution::Longest(settings.resolution);
+    let whole = grid_for_bounds(min, max, resolution, n_faces, None)?;
+    if settings.n_levels == 1 {
+        let grid = VoxelGrid { capacity: whole.capacity.min(room), ..whole };
+        return Ok(vec![(grid, IVec3::ZERO)]);
+    }
+    let size = UVec3::splat(settings.resolution);
+    let bricks = (size + BRICK - 1) / BRICK;
+    let capacity = (16 * size.x * size.y).min(size.element_product()).min(room);
+    let grids = (0..settings.n_levels).map(|level| {
+        let cell = whole.cell * 0.5f32.powi((settings.n_levels - 1 - level) as i32);
+        let mut grid = VoxelGrid { origin: Vec3::ZERO, cell, size, n_faces, bricks, capacity };
+        let corner = corner_around(eye, &grid);
+        grid.origin = corner.as_vec3() * cell;
+        (grid, corner)
+    });
+    Ok(grids.collect())
+}
+
+/// Where a level begins so that the eye is in its middle, in steps of a few cells.
+fn corner_around(eye: Vec3, grid: &VoxelGrid) -> IVec3 {
+    let middle = (eye / (grid.cell * SCROLL_STEP as f32)).round().as_ivec3() * SCROLL_STEP;
+    middle - (grid.size / 2).as_ivec3()
+}
+
+impl Technique for VoxelRt {
+    fn update(&mut self, frame: &mut Frame) {
+        if let Err(error) = self.renew(frame) {
+            tracing::error!("voxel-rt keeps its old light: {error}");
+        }
+    }
+
+    fn shade(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> Option<wgpu::TextureView> {
+        if self.settings.bounces == Bounces::None {
+            return None;
+        }
+        let buffers = ShadeBuffers {
+            levels: &self.levels_buffer,
+            structure: &self.structure,
+            lights: &self.lights[self.newest],
+        };
+        Some(self.shade.record(frame, gbuffer, &buffers))
+    }
+}

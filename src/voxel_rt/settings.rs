@@ -1,5 +1,7 @@
 //! What can be chosen about `voxel-rt`.
 
+use super::{MAX_LEVELS, VoxelRtError};
+
 /// How often light is reflected before it is counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bounces {
@@ -61,5 +63,21 @@ impl Default for VoxelRtSettings {
             lookup: Lookup::Valid,
             seed: 0,
         }
+    }
+}
+
+impl VoxelRtSettings {
+    /// Fails where a setting is out of its range.
+    pub(super) fn check(&self) -> Result<(), VoxelRtError> {
+        let within = |name, value: u32, range: std::ops::RangeInclusive<u32>, possible| {
+            if range.contains(&value) {
+                return Ok(());
+            }
+            Err(VoxelRtError::Setting { name, value: value.to_string(), possible })
+        };
+        within("resolution", self.resolution, 1..=256, "1 to 256")?;
+        within("n_levels", self.n_levels, 1..=MAX_LEVELS, "1 to 6")?;
+        within("points_per_face", self.points_per_face, 1..=256, "1 to 256")?;
+        within("max_rays", self.max_rays, 1..=2048, "1 to 2048")
     }
 }

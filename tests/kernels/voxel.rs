@@ -184,7 +184,7 @@ const RENEW: &str = "#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, 
     struct Output { direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32, depth: f32, coverage: f32, pad: vec2<f32> }
     fn map(in: Input) -> Output {
         let before = FaceLight(in.direct, in.n_hits, in.indirect, pack2x16float(vec2<f32>(in.n_rays, in.depth)));
-        let samples = FaceSamples(in.new_direct, in.new_hits, in.new_indirect, in.new_rays, in.new_depth);
+        let samples = FaceSamples(in.new_direct, in.new_hits, in.new_indirect, in.new_rays, in.new_depth, 0u);
         let after = renew(before, samples, in.light_rays, in.max_rays);
         return Output(after.direct, after.n_hits, after.indirect, ray_count(after), hit_depth(after), coverage(after), vec2<f32>());
     }";

@@ -21,9 +21,13 @@ struct FaceLight {
     /// Mean over the hits [W·m⁻²].
     indirect: vec3<f32>,
     /// Two 16-bit floats: rays along the axis, weighed alike (low), and the mean depth of the hits
-    /// below the face, in cells (high).
+    /// below the face, in cells (high). The high one's sign is set if a sample of the newest frame was
+    /// not finite and was left out.
     rays_and_depth: u32,
 }
+
+/// The sign of the depth.
+const REJECTED_BIT: u32 = 0x80000000u;
 
 /// What one frame adds to a record: sums over its hits.
 struct FaceSamples {
@@ -33,6 +37,13 @@ struct FaceSamples {
     n_rays: f32,
     /// Sum of the hits' depths below the face [cells].
     depth: f32,
+    /// How many of the samples were not finite; their hits count as dark.
+    n_rejected: u32,
+}
+
+/// Whether the newest frame's samples were not all finite.
+fn has_rejected(light: FaceLight) -> bool {
+    return (light.rays_and_depth & REJECTED_BIT) != 0u;
 }
 
 /// Rays that a record remembers.
@@ -42,7 +53,7 @@ fn ray_count(light: FaceLight) -> f32 {
 
 /// Mean depth of the surface below the face, in cells.
 fn hit_depth(light: FaceLight) -> f32 {
-    return unpack2x16float(light.rays_and_depth).y;
+    return abs(unpack2x16float(light.rays_and_depth).y);
 }
 
 /// The record with a frame's samples added.
@@ -72,7 +83,7 @@ fn renew(before: FaceLight, samples: FaceSamples, light_rays: f32, max_rays: f32
         select(before.direct * old_share + samples.direct * new_share, before.direct, keeps),
         n_hits,
         select(before.indirect * old_share + samples.indirect * new_share, before.indirect, keeps),
-        pack2x16float(vec2<f32>(n_rays, depth)),
+        pack2x16float(vec2<f32>(n_rays, depth)) | select(0u, REJECTED_BIT, samples.n_rejected > 0u),
     );
 }
 

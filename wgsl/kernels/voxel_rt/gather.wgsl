@@ -208,6 +208,8 @@ fn add_sample(
     samples.depth += hit.t / level.grid.cell - BORDER;
     if all_finite(indirect) {
         samples.indirect += indirect;
+    } else {
+        samples.n_rejected += 1u;
     }
     if (info.flags & GATHER_DIRECT) == 0u {
         return samples;
@@ -215,7 +217,9 @@ fn add_sample(
     let u = random_vec4(hash.yz, sample_ix, 0u);
     let light = sample_light(surface.position, vec4<f32>(u.x, sobol_owen(sample_ix, hash.z), u.w));
     let direct = light.weight * dot(light.direction, normal);
-    if dot(light.direction, geometric_normal) > 0.0 && any(direct > vec3<f32>(0.0)) && all_finite(direct) {
+    if !all_finite(direct) {
+        samples.n_rejected += 1u;
+    } else if dot(light.direction, geometric_normal) > 0.0 && any(direct > vec3<f32>(0.0)) {
         let from_here = offset_ray_origin(
             surface.position,
             surface.position_error,

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Notes in each voxel's word which of its faces are walled.
+//! Notes in each voxel's word which of its faces are walled, and counts the faces that had to leave
+//! samples out.
 //!
 //! Dispatch: indirect, one invocation a slot, 64 a workgroup, workgroups in rows of at most 32768.
 //! Workgroup memory: none.
 
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
-#import lucerna::voxel_rt::cache::FaceLight
+#import lucerna::voxel_rt::cache::{FaceLight, has_rejected}
 #import lucerna::voxel_rt::walls::walls_of_axis
 
 const WORKGROUP: u32 = 64u;
@@ -24,15 +25,25 @@ struct WallsInfo {
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
 @group(1) @binding(3) var<storage, read> lights: array<FaceLight>;
 @group(1) @binding(4) var<storage, read_write> structure: array<vec2<u32>>;
+/// Faces with samples that were not finite, summed over all frames.
+@group(1) @binding(5) var<storage, read_write> n_rejected: atomic<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let slot = (group.y * n_groups.x + group.x) * WORKGROUP + local;
     let level = levels.levels[info.level];
-    if slot >= counts.x || level.grid.n_faces != 6u {
+    if slot >= counts.x {
         return;
     }
-    let first = level.first_record + 6u * slot;
+    let first = level.first_record + level.grid.n_faces * slot;
+    for (var face = 0u; face < level.grid.n_faces; face++) {
+        if has_rejected(lights[first + face]) {
+            atomicAdd(&n_rejected, 1u);
+        }
+    }
+    if level.grid.n_faces != 6u {
+        return;
+    }
     var walls = 0u;
     for (var axis = 0u; axis < 3u; axis++) {
         walls |= walls_of_axis(axis, lights[first + 2u * axis], lights[first + 2u * axis + 1u]);

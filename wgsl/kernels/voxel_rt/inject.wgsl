@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Traces rays from a light or from the camera and deposits the irradiance at their hits into voxels.
+//!
+//! `inject_light`: rays leave the light; at the first hit E = I·cosθ/d² (point, spot) or
+//! E = E⊥·cosθ (directional), as in the source of `voxel-rt`. Of extended lights (emissive triangles
+//! and the sky, all at once) the ray only chooses the place: E there comes from one light drawn
+//! afresh with a shadow ray, for which no area of the voxel's surface need be known.
+//! `inject_camera`: rays leave the camera; E at the first hit comes from one drawn light of any kind
+//! with a shadow ray.
+//! `inject_samples`: values whose records are known already.
+//!
+//! What the mean of a record tends to: ∫ E·p dA / ∫ p dA over the voxel's surface, p the density of
+//! the hits. From the camera p is what the pixels see. From a light p is proportional to what that
+//! light sends there (parts in its shadow get no rays and do not darken the mean; nearer and more
+//! directly lit parts count more): too bright where E varies within a voxel, exact where it does not.
+//!
+//! Each invocation takes RUN_SIDE × RUN_SIDE neighbouring rays (or RUN samples in a row). With
+//! STRATEGY_EXACT those that follow each other into one record are summed in registers first.
+//!
+//! Dispatch: ceil(n_rays/16)² workgroups, one for 16 × 16 rays; `inject_samples`: ceil(n_samples/256).
+//! Workgroup memory: none.
+
+#import lucerna::camera::primary_ray::{Camera, primary_ray}
+#import lucerna::geometry::ray_offset::offset_ray_origin
+#import lucerna::host::light_rays::{punctual_ray, punctual_irradiance, extended_ray}
+#import lucerna::host::lights::sample_light
+#import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
+#import lucerna::host::surface::{Surface, surface_at}
+#import lucerna::math::constants::FLOAT_MAX
+#import lucerna::sampling::pcg::random_vec4
+#import lucerna::sampling::stratified::stratified_number
+#import lucerna::voxel::accumulator::{STRATEGY_MOVING_AVERAGE, STRATEGY_MAX, STRATEGY_EXACT}
+#import lucerna::voxel::accumulator::{HEAD_WORDS, HEAD_REJECTED, HEAD_CLAMPED, HEAD_OUTSIDE, EXACT_WORDS, EXACT_COUNT, EXACT_HIGH}
+#import lucerna::voxel::average::{WideSum, SAMPLE_FINE, SAMPLE_REJECTED}
+#import lucerna::voxel::average::{check_sample, quantise, add_to_sum, carry_of, pack_average, moving_average_step, PACKED_COUNT_MAX}
+#import lucerna::voxel::bricks::{NO_SLOT, brick_of_cell, bit_of_cell, slot_of_bit}
+#import lucerna::voxel::face_choice::choose_face
+#import lucerna::voxel::grid::{VoxelGrid, grid_from_world, is_inside}
+
+const WORKGROUP: u32 = 8u;
+/// Rays of an invocation along each axis.
+const RUN_SIDE: u32 = 2u;
+/// Samples of an invocation.
+const RUN: u32 = 4u;
+const_assert RUN == RUN_SIDE * RUN_SIDE;
+
+/// Chosen when the pipeline is made: the others' code drops out.
+override STRATEGY: u32 = 3u;
+
+/// `Injection.light`: all emissive triangles and the sky.
+const LIGHT_EXTENDED: u32 = 0xffffffffu;
+
+/// One dispatch.
+struct Injection {
+    camera: Camera,
+    /// Rays along each side of the square.
+    n_rays: u32,
+    /// Stream of random numbers.
+    seed: u32,
+    /// Of `inject_light`: index of a punctual light, or LIGHT_EXTENDED.
+    light: u32,
+    n_samples: u32,
+    /// See `lucerna::voxel::average`; a power of two.
+    quanta_per_unit: f32,
+    /// 1/largest value: what the packed words hold as 1.
+    unorm_per_unit: f32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+/// A value on its way to a record.
+struct VoxelSample {
+    /// Irradiance [W·m⁻²].
+    value: vec3<f32>,
+    /// slot · n_faces + face; NO_SLOT and whatever lies beyond the grid's capacity is counted as outside.
+    record: u32,
+}
+
+/// Samples in a row that go to one record.
+struct Run {
+    sum: WideSum,
+    count: u32,
+    record: u32,
+}
+
+@group(1) @binding(0) var<uniform> grid: VoxelGrid;
+@group(1) @binding(1) var<uniform> injection: Injection;
+/// Occupied bits and first slot of each brick, then a cell of each slot; see `lucerna::voxel::bricks`.
+@group(1) @binding(2) var<storage, read> structure: array<vec2<u32>>;
+@group(1) @binding(3) var<storage, read_write> accumulators: array<atomic<u32>>;
+/// Of `inject_samples`.
+@group(2) @binding(0) var<storage, read> samples: array<VoxelSample>;
+
+fn start_run() -> Run {
+    return Run(WideSum(vec3<u32>(0u), vec3<u32>(0u)), 0u, NO_SLOT);
+}
+
+/// Adds a channel's 64-bit sum to memory: what wraps out of the low word goes to the high one.
+fn add_channel(low_ix: u32, low: u32, high: u32) {
+    let old = atomicAdd(&accumulators[low_ix], low);
+    let up = high + carry_of(vec3<u32>(old), vec3<u32>(low)).x;
+    if up != 0u {
+        atomicAdd(&accumulators[low_ix + EXACT_HIGH], up);
+    }
+}
+
+/// Writes what a run has summed.
+fn end_run(run: Run) {
+    if run.count == 0u {
+        return;
+    }
+    let at = HEAD_WORDS + run.record * EXACT_WORDS;
+    add_channel(at, run.sum.low.x, run.sum.high.x);
+    add_channel(at + 1u, run.sum.low.y, run.sum.high.y);
+    add_channel(at + 2u, run.sum.low.z, run.sum.high.z);
+    atomicAdd(&accumulators[at + EXACT_COUNT], run.count);
+}
+
+fn average_by_compare_and_swap(ix: u32, value_unorm: vec3<f32>) {
+    var old = atomicLoad(&accumulators[ix]);
+    loop {
+        let swapped = atomicCompareExchangeWeak(&accumulators[ix], old, moving_average_step(old, value_unorm));
+        if swapped.exchanged {
+            break;
+        }
+        old = swapped.old_value;
+    }
+}
+
+/// Writes a sample, or with STRATEGY_EXACT adds it to the run.
+fn deposit(run: ptr<function, Run>, sample: VoxelSample) {
+    if sample.record >= grid.capacity * grid.n_faces {
+        atomicAdd(&accumulators[HEAD_OUTSIDE], 1u);
+        return;
+    }
+    let verdict = check_sample(sample.value, injection.quanta_per_unit);
+    if verdict != SAMPLE_FINE {
+        if verdict == SAMPLE_REJECTED {
+            atomicAdd(&accumulators[HEAD_REJECTED], 1u);
+            return;
+        }
+        atomicAdd(&accumulators[HEAD_CLAMPED], 1u);
+    }
+    if STRATEGY == STRATEGY_EXACT {
+        if sample.record != (*run).record {
+            end_run(*run);
+            *run = start_run();
+            (*run).record = sample.record;
+        }
+        (*run).sum = add_to_sum((*run).sum, quantise(sample.value, injection.quanta_per_unit));
+        (*run).count += 1u;
+        return;
+    }
+    let ix = HEAD_WORDS + sample.record;
+    let value_unorm = sample.value * injection.unorm_per_unit;
+    if STRATEGY == STRATEGY_MOVING_AVERAGE {
+        average_by_compare_and_swap(ix, value_unorm);
+    } else if STRATEGY == STRATEGY_MAX {
+        atomicMax(&accumulators[ix], pack_average(value_unorm, PACKED_COUNT_MAX));
+    } else {
+        atomicStore(&accumulators[ix], pack_average(value_unorm, PACKED_COUNT_MAX));
+    }
+}
+
+/// The record of a point on a surface, or NO_SLOT. `normal`: unit length, on the lit side.
+fn record_of(position: vec3<f32>, normal: vec3<f32>, u: f32) -> u32 {
+    let cell = vec3<i32>(floor(grid_from_world(grid, position)));
+    if !is_inside(grid, cell) {
+        return NO_SLOT;
+    }
+    let brick = structure[brick_of_cell(grid, vec3<u32>(cell))];
+    let slot = slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
+    if slot >= grid.capacity || grid.n_faces == 1u {
+        return slot;
+    }
+    return slot * grid.n_faces + choose_face(normal, u);
+}
+
+/// Four numbers in [0, 1) of a ray.
+fn random_of_ray(ray: vec2<u32>, dimension: u32) -> vec4<f32> {
+    return random_vec4(vec2<u32>(ray.y * injection.n_rays + ray.x, injection.seed), injection.light, dimension);
+}
+
+/// The ray's point of the stratified square.
+fn square_point(ray: vec2<u32>, jitter: vec2<f32>) -> vec2<f32> {
+    return vec2<f32>(
+        stratified_number(ray.x, injection.n_rays, jitter.x),
+        stratified_number(ray.y, injection.n_rays, jitter.y),
+    );
+}
+
+/// A surface from the side that a ray came from.
+struct SeenSide {
+    geometric_normal: vec3<f32>,
+    shading_normal: vec3<f32>,
+}
+
+fn seen_side(surface: Surface, direction: vec3<f32>) -> SeenSide {
+    let front = dot(surface.geometric_normal, direction) <= 0.0;
+    return SeenSide(
+        select(-surface.geometric_normal, surface.geometric_normal, front),
+        select(-surface.shading_normal, surface.shading_normal, front),
+    );
+}
+
+/// Irradiance by one drawn light [W·m⁻²]. `extended_only`: lights without extent give nothing.
+fn drawn_irradiance(surface: Surface, side: SeenSide, u: vec4<f32>, extended_only: bool) -> vec3<f32> {
+    let light = sample_light(surface.position, u);
+    let cosine = dot(side.shading_normal, light.direction);
+    let hidden = dot(side.geometric_normal, light.direction) <= 0.0 || cosine <= 0.0;
+    if hidden || all(light.weight == vec3<f32>(0.0)) || (extended_only && light.pdf == 0.0) {
+        return vec3<f32>(0.0);
+    }
+    let origin = offset_ray_origin(
+        surface.position,
+        surface.position_error,
+        side.geometric_normal,
+        light.direction,
+    );
+    var shadow = Ray(origin, 0.0, light.direction, FLOAT_MAX);
+    if light.distance < FLOAT_MAX {
+        shadow = Ray(origin, 0.0, light.place - origin, 1.0);
+    }
+    return select(light.weight * cosine, vec3<f32>(0.0), any_hit(shadow));
+}
+
+@compute @workgroup_size(WORKGROUP, WORKGROUP)
+fn inject_light(@builtin(global_invocation_id) id: vec3<u32>) {
+    let is_extended = injection.light == LIGHT_EXTENDED;
+    var run = start_run();
+    for (var k = 0u; k < RUN; k++) {
+        let ray = id.xy * RUN_SIDE + vec2<u32>(k % RUN_SIDE, k / RUN_SIDE);
+        if any(ray >= vec2<u32>(injection.n_rays)) {
+            continue;
+        }
+        let random = random_of_ray(ray, 0u);
+        let at = square_point(ray, random.xy);
+        var path = punctual_ray(select(injection.light, 0u, is_extended), at);
+        if is_extended {
+            path = extended_ray(vec4<f32>(at, random.zw), random_of_ray(ray, 1u));
+        }
+        let hit = nearest_hit(Ray(path.origin, 0.0, path.direction, FLOAT_MAX));
+        if hit_is_miss(hit) {
+            continue;
+        }
+        let surface = surface_at(hit.triangle, hit.barycentrics);
+        let side = seen_side(surface, path.direction);
+        var value: vec3<f32>;
+        if is_extended {
+            value = drawn_irradiance(surface, side, random_of_ray(ray, 2u), true);
+        } else {
+            let light = punctual_irradiance(injection.light, surface.position);
+            value = light.normal_irradiance * max(dot(side.shading_normal, light.to_light), 0.0);
+        }
+        let face_random = random_of_ray(ray, 3u).x;
+        deposit(&run, VoxelSample(value, record_of(surface.position, side.geometric_normal, face_random)));
+    }
+    end_run(run);
+}
+
+@compute @workgroup_size(WORKGROUP, WORKGROUP)
+fn inject_camera(@builtin(global_invocation_id) id: vec3<u32>) {
+    var run = start_run();
+    for (var k = 0u; k < RUN; k++) {
+        let ray = id.xy * RUN_SIDE + vec2<u32>(k % RUN_SIDE, k / RUN_SIDE);
+        if any(ray >= vec2<u32>(injection.n_rays)) {
+            continue;
+        }
+        let random = random_of_ray(ray, 0u);
+        let path = primary_ray(injection.camera, square_point(ray, random.xy));
+        let hit = nearest_hit(Ray(path.origin, 0.0, path.direction, FLOAT_MAX));
+        if hit_is_miss(hit) {
+            continue;
+        }
+        let surface = surface_at(hit.triangle, hit.barycentrics);
+        let side = seen_side(surface, path.direction);
+        let value = drawn_irradiance(surface, side, random_of_ray(ray, 1u), false);
+        deposit(&run, VoxelSample(value, record_of(surface.position, side.geometric_normal, random.z)));
+    }
+    end_run(run);
+}
+
+@compute @workgroup_size(WORKGROUP * WORKGROUP)
+fn inject_samples(@builtin(global_invocation_id) id: vec3<u32>) {
+    var run = start_run();
+    for (var k = 0u; k < RUN; k++) {
+        let ix = id.x * RUN + k;
+        if ix < injection.n_samples {
+            deposit(&run, samples[ix]);
+        }
+    }
+    end_run(run);
+}
