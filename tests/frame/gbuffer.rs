@@ -1,4 +1,4 @@
-//! The G-buffer against rays through pixel centres, in f64.
+//! The G-buffer against rays through the points that a frame samples, in f64.
 
 use crate::harness::{Random, map_with};
 use crate::support::{add_texture, floor, lambert, look_down, on_gpu, quad, scene};
@@ -90,9 +90,13 @@ fn nearest(
 }
 
 fn triangles_of(world: &Scene) -> Vec<[DVec3; 3]> {
-    world.meshes.iter().flat_map(|mesh| {
-        mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize].as_dvec3()))
-    }).collect()
+    world
+        .meshes
+        .iter()
+        .flat_map(|mesh| {
+            mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize].as_dvec3()))
+        })
+        .collect()
 }
 
 /// What `decode_gbuffer` says of each pixel.
@@ -229,7 +233,7 @@ fn soup(center: Vec3) -> Scene {
     scene(meshes, materials)
 }
 
-/// Checks all pixels whose centre is farther than 1/50 of a pixel from any border (corners are snapped
+/// Checks all pixels whose sampled point is farther than 1/50 of a pixel from any border (corners are snapped
 /// to 1/256), and returns how many.
 ///
 /// * Position: within its own error bound of the triangle's plane; along the ray, rounding of the
@@ -246,11 +250,8 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
     let texels = texels(&found);
     let decoded = decode(&found.view, &texels);
     let triangles = triangles_of(world);
-    let materials: Vec<usize> = world
-        .meshes
-        .iter()
-        .flat_map(|mesh| mesh.triangles.iter().map(|_| mesh.material))
-        .collect();
+    let materials: Vec<usize> =
+        world.meshes.iter().flat_map(|mesh| mesh.triangles.iter().map(|_| mesh.material)).collect();
     let normals: Vec<[DVec3; 3]> = world
         .meshes
         .iter()
@@ -263,9 +264,11 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
         })
         .collect();
     let there = |_: usize, _: DVec2| true;
+    let jitter = found.view.data().jitter.as_dvec2();
+    assert!(jitter.abs().min_element() > 0.05, "{jitter}");
     let (mut n_checked, mut n_sky) = (0, 0);
     for (ix, (texel, seen)) in texels.iter().zip(&decoded).enumerate() {
-        let place = DVec2::new(f64::from(texel.pixel[0]), f64::from(texel.pixel[1])) + 0.5;
+        let place = DVec2::new(f64::from(texel.pixel[0]), f64::from(texel.pixel[1])) + 0.5 + jitter;
         let at = |x: f64, y: f64| {
             nearest(&triangles, ray(camera, size, place + DVec2::new(x, y) * 0.02), &there)
         };
@@ -296,7 +299,10 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
         let off_plane = (position - a).dot(flat).abs();
         assert!(off_plane <= bound, "{context}: {off_plane} off the plane, bound {bound}");
         let cosine = flat.dot(direction.normalize()).abs();
-        let extent = position.length() + expected.t * direction.length() + (b - a).length() + (c - a).length();
+        let extent = position.length()
+            + expected.t * direction.length()
+            + (b - a).length()
+            + (c - a).length();
         let rounding = 16.0 * extent * 2f64.powi(-24) / cosine;
         let off = (position - point).length();
         assert!(off <= rounding, "{context}: {off} beside {point}, bound {rounding}");
@@ -318,21 +324,33 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
         }
         let away = (xyz(seen.shading_normal) - shading).length();
         // Interpolated normals of length 0.6 and more stretch the packing's error.
-        assert!(shading.dot(to_viewer).abs() < 2e-4 || away < 2.2e-4 + 2.0 * rounding, "{context}: {away}");
+        assert!(
+            shading.dot(to_viewer).abs() < 2e-4 || away < 2.2e-4 + 2.0 * rounding,
+            "{context}: {away}"
+        );
 
         let material = &world.materials[materials[expected.triangle]];
         assert_eq!(xyz(seen.albedo), material.base_color.truncate().as_dvec3(), "{context}");
-        assert_eq!([seen.shading_normal[3], seen.albedo[3]], [material.metallic, material.roughness]);
+        assert_eq!(
+            [seen.shading_normal[3], seen.albedo[3]],
+            [material.metallic, material.roughness]
+        );
         let shines = front || material.double_sided;
-        let emission = if shines { material.emission.min(Vec3::splat(65504.0)) } else { Vec3::ZERO };
+        let emission =
+            if shines { material.emission.min(Vec3::splat(65504.0)) } else { Vec3::ZERO };
         let off = (xyz(seen.emission) - emission.as_dvec3()).abs();
         assert!((off - emission.as_dvec3() * 2f64.powi(-11)).max_element() <= 0.0, "{context}");
 
         let (before, z) = project(previous, size, point);
         if z > 1e-3 {
-            let motion = (before - place / size.as_dvec2()).clamp(DVec2::splat(-4.0), DVec2::splat(4.0));
+            let motion =
+                (before - place / size.as_dvec2()).clamp(DVec2::splat(-4.0), DVec2::splat(4.0));
             let found = Vec2::from(texel.motion).as_dvec2();
-            let scale = if matches!(previous.projection, Projection::Orthographic { .. }) { 1.0 } else { z };
+            let scale = if matches!(previous.projection, Projection::Orthographic { .. }) {
+                1.0
+            } else {
+                z
+            };
             let room = 2e-6 + motion.length() * 2f64.powi(-11) + 8.0 * rounding / scale;
             assert!((found - motion).length() <= room, "{context}: motion {found}, not {motion}");
         }
@@ -344,7 +362,8 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
 /// Another frame from another camera, into the same targets.
 fn render_again(found: &mut Rendered, world: &GpuScene, camera: &Camera) {
     let gpu = crate::harness::gpu();
-    found.view.advance(gpu, world, camera, &accumulated(1, 0));
+    // Of two frames: with jitter.
+    found.view.advance(gpu, world, camera, &accumulated(2, 0));
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut frame = lucerna::frame::Frame {
         gpu,
@@ -381,7 +400,10 @@ fn gbuffer_holds_what_rays_meet() {
 
     let away = Vec3::new(1000.0, 50.0, -700.0);
     let moved = |camera: &Camera| Camera { position: camera.position + away, ..camera.clone() };
-    assert!(check("far away", &soup(away), &moved(&camera), &moved(&previous), size) > n_pixels * 9 / 10);
+    assert!(
+        check("far away", &soup(away), &moved(&camera), &moved(&previous), size)
+            > n_pixels * 9 / 10
+    );
 }
 
 /// 8 × 8 texels, every other one cut away; seen from above, holes show the floor below.
@@ -431,7 +453,8 @@ fn normal_maps_turn_the_shading_normal() {
 #[test]
 fn textures_are_filtered_by_footprint() {
     let n = 64u32;
-    let rgba = (0..n * n).map(|ix| if (ix + ix / n).is_multiple_of(2) { [255; 4] } else { [0, 0, 0, 255] });
+    let rgba = (0..n * n)
+        .map(|ix| if (ix + ix / n).is_multiple_of(2) { [255; 4] } else { [0, 0, 0, 255] });
     let mut world = scene(vec![floor(1.0, 0.0, 0)], vec![lambert([1.0; 3])]);
     let texture = add_texture(&mut world, n, rgba.collect());
     world.materials[0].base_color_texture = Some(texture);
@@ -471,7 +494,8 @@ fn jitter_covers_the_pixel() {
         assert!((pixel.x - expected).abs() < 0.04, "{ix}: {pixel}, expected {expected}");
     }
     // Without jitter each pixel is decided by its centre.
-    let single = render(&world, &look_down(3.0, corner * 0.99), UVec2::splat(4), accumulated(1, 0), 1);
+    let single =
+        render(&world, &look_down(3.0, corner * 0.99), UVec2::splat(4), accumulated(1, 0), 1);
     assert!(single.channel(Channel::Albedo).iter().all(|&pixel| pixel == Vec3::ONE));
     let sums = resolve(&found.sums, found.size, Channel::Depth);
     assert!(sums.rgb.iter().all(|depth| (depth.x - 3.0).abs() < 1e-5));

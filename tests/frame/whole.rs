@@ -158,7 +158,10 @@ fn beauty_is_the_mean_of_the_sums_and_reset_begins_anew() {
         let beauty = resolve(sums, size, Channel::Beauty).rgb;
         for (shown, beauty) in shown.iter().zip(&beauty) {
             let off = (Vec3::from_slice(shown) - *beauty).abs();
-            assert!((off / beauty.max(Vec3::splat(1e-3))).max_element() < 1e-6, "{shown:?} {beauty}");
+            assert!(
+                (off / beauty.max(Vec3::splat(1e-3))).max_element() < 1e-6,
+                "{shown:?} {beauty}"
+            );
         }
         beauty
     };
