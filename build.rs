@@ -121,7 +121,10 @@ fn generate_bindings(
         .shader_source_type(source_type)
         .ir_capabilities(variant.capabilities)
         // Kernels fetch texels of 32-bit floats; baseline WebGPU does not filter those.
-        .override_texture_filterability(vec![(r".*sky_(image|distribution)", false).into()])
+        .override_texture_filterability(vec![
+            (r".*sky_(image|distribution)", false).into(),
+            (r".*direct", false).into(),
+        ])
         .emit_rerun_if_change(false)
         .skip_hash_check(true)
         .output(out.join(format!("bindings{}.rs", suffix(variant.name))));

@@ -1,5 +1,6 @@
 //! For programs and tests: functions that wait for the GPU. Nothing else in the library does.
 
+use crate::frame::{DirectSettings, Frame, FramePasses, PassTimers, Technique, View, ViewSettings};
 use crate::gpu::{AdapterChoice, Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
 use crate::reference::{Film, PathTracer, PixelSums, ReferenceSettings, Work};
@@ -69,9 +70,9 @@ pub fn read_film(gpu: &Gpu, film: &Film) -> Result<Vec<PixelSums>, LostGpu> {
 /// How far a rendering has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Pixel samples done.
+    /// Pixel samples (or frames) done.
     pub done: u64,
-    /// Pixel samples to do.
+    /// Pixel samples (or frames) to do.
     pub total: u64,
 }
 
@@ -167,6 +168,103 @@ pub fn render_reference(
     }
     stats.wall_time = started.elapsed();
     Ok((film, stats))
+}
+
+/// What rendering frames took.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    /// Frames that were accumulated.
+    pub n_frames: u32,
+    /// GPU time of each pass by name, all frames added; empty where the device has no timestamps or
+    /// none were asked for.
+    pub passes: Vec<(&'static str, Duration)>,
+    /// From the first frame to the last answer.
+    pub wall_time: Duration,
+    /// Whether it was stopped early.
+    pub stopped: bool,
+    /// Pixels of all frames whose direct light was not finite and was replaced by 0.
+    pub n_rejected: u32,
+}
+
+/// What frames to render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FramesToRender {
+    /// Width and height \[pixels\].
+    pub size: glam::UVec2,
+    /// Near plane, seed, irradiance; its `n_accumulated` is how many frames are rendered.
+    pub view: ViewSettings,
+    /// Direct light.
+    pub direct: DirectSettings,
+    /// Ask for GPU timestamps.
+    pub timed: bool,
+}
+
+/// Frames could not be rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum FramesError {
+    /// The picture is too large for the device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The device was lost.
+    #[error(transparent)]
+    Lost(#[from] LostGpu),
+}
+
+/// Renders frames of a still camera, one submission each, and returns the passes with the
+/// accumulated picture (`passes.accumulator.film()`).
+///
+/// `keep_going` is asked after each frame; once it says no the picture is left as it is.
+///
+/// # Errors
+/// [`FramesError`]
+pub fn render_frames(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    camera: &Camera,
+    what: &FramesToRender,
+    technique: &mut impl Technique,
+    mut keep_going: impl FnMut(Progress) -> bool,
+) -> Result<(FramePasses, FrameStats), FramesError> {
+    let mut passes = FramePasses::new(gpu, scene, what.size, what.direct)?;
+    let mut view = View::new(gpu, what.size);
+    let mut timers = if what.timed { PassTimers::new(gpu) } else { None };
+    let mut stats = FrameStats::default();
+    let started = Instant::now();
+    let n_frames = what.view.n_accumulated.max(1);
+    while stats.n_frames < n_frames && !stats.stopped {
+        view.advance(gpu, scene, camera, &what.view);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        if let Some(timers) = &mut timers {
+            timers.begin_frame();
+        }
+        let mut frame =
+            Frame { gpu, encoder: &mut encoder, scene, view: &view, timers: timers.as_mut() };
+        passes.record(&mut frame, technique);
+        if let Some(timers) = &timers {
+            timers.resolve(&mut encoder);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        match &timers {
+            Some(timers) => {
+                let bytes = read_buffer(gpu, timers.resolved())?;
+                for (name, milliseconds) in timers.milliseconds(&bytes) {
+                    let time = Duration::from_secs_f64(milliseconds * 1e-3);
+                    match stats.passes.iter_mut().find(|(known, _)| *known == name) {
+                        Some((_, sum)) => *sum += time,
+                        None => stats.passes.push((name, time)),
+                    }
+                }
+            }
+            None => wait(gpu)?,
+        }
+        stats.n_frames += 1;
+        let progress = Progress { done: u64::from(stats.n_frames), total: u64::from(n_frames) };
+        stats.stopped = !keep_going(progress) && stats.n_frames < n_frames;
+    }
+    stats.wall_time = started.elapsed();
+    let rejected = read_buffer(gpu, passes.direct.n_rejected())?;
+    stats.n_rejected = rejected.first_chunk().map_or(0, |&bytes| u32::from_ne_bytes(bytes));
+    Ok((passes, stats))
 }
 
 /// GPU timestamps around one pass.

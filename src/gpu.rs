@@ -63,7 +63,9 @@ pub enum GpuError {
         source: wgpu::RequestDeviceError,
     },
     /// A picture that is larger than the device's textures.
-    #[error("a picture of {width}×{height} pixels does not fit: this device's textures have at most {limit} a side; render it smaller")]
+    #[error(
+        "a picture of {width}×{height} pixels does not fit: this device's textures have at most {limit} a side; render it smaller"
+    )]
     PictureTooLarge {
         /// Pixels a row.
         width: u32,

@@ -1,17 +1,23 @@
 //! `lucerna render` and `lucerna reference`.
 
+mod realtime;
+
 use super::CommandResult;
 use super::progress::Meter;
 use super::scene_args::{AdapterArguments, Prepared, SceneArguments};
 use clap::Args;
-use lucerna::blocking::{RenderStats, read_film, render_reference};
+use glam::UVec2;
+use lucerna::blocking::{read_film, render_reference};
+use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::picture::{PngOptions, ToneMap, write_whole_file};
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
+use lucerna::reference::{Channel, PixelSums, ReferenceSettings, resolve};
+use lucerna::scene::Camera;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Where the picture goes and what it shows.
 #[derive(Args, Clone, Debug)]
@@ -94,12 +100,15 @@ pub struct RenderArguments {
     /// How light is computed.
     #[arg(long, value_enum, default_value_t = Technique::Reference)]
     technique: Technique,
-    /// Frames to accumulate; the reference takes one sample per pixel and frame.
+    /// Frames to accumulate, each sampling its pixels elsewhere; the reference takes one sample per
+    /// pixel and frame.
     #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
     /// Reflections after the first; 0: direct light only.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=1000))]
     bounces: u32,
+    #[command(flatten)]
+    realtime: realtime::RealtimeArguments,
     #[command(flatten)]
     output: OutputArguments,
     #[command(flatten)]
@@ -110,6 +119,8 @@ pub struct RenderArguments {
 enum Technique {
     /// Unidirectional path tracer.
     Reference,
+    /// Rasterised, with direct light and ray-traced shadows; no indirect light.
+    Direct,
 }
 
 /// `lucerna reference`.
@@ -138,6 +149,7 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
             arguments.frames,
             arguments.bounces,
         ),
+        Technique::Direct => realtime::render(arguments, |_, _| Ok(lucerna::frame::NoIndirect)),
     }
 }
 
@@ -152,22 +164,7 @@ fn trace(
     n_samples: u32,
     n_bounces: u32,
 ) -> CommandResult {
-    // A long rendering must not end at a folder that is not there.
-    check_writable(&output.output)?;
-    if let Some(file) = &output.timings {
-        check_writable(file)?;
-    }
-    let diffuse_only = scene.diffuse;
-    let Prepared { scene, camera, size } = scene.prepare()?;
-    let (gpu, info, rays) = adapter.open()?;
-    let gpu_scene = GpuScene::new(&gpu, &scene, GpuSceneOptions { diffuse_only, rays })?;
-    if gpu_scene.skipped_triangles() > 0 {
-        errln!(
-            "warning: {} triangles have no area or lie too far away and are left out",
-            gpu_scene.skipped_triangles()
-        );
-    }
-    errln!("scene: {} triangles, {} lights", gpu_scene.n_triangles(), gpu_scene.n_lights());
+    let Ready { camera, size, gpu, info, rays, gpu_scene } = prepare(scene, adapter, output)?;
     let settings = ReferenceSettings {
         size,
         n_bounces,
@@ -175,14 +172,7 @@ fn trace(
         irradiance: output.channel == ChannelArgument::Irradiance,
     };
 
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // The second Ctrl-C ends the program at once.
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })?;
+    let interrupted = interrupt_flag()?;
     if info.device_type == wgpu::DeviceType::Cpu {
         eprintln!(
             "compiling reference/path_trace (some seconds; the driver keeps it for next time)"
@@ -200,12 +190,15 @@ fn trace(
     if rejected > 0 {
         errln!("warning: {rejected} samples were not finite and were left out");
     }
-    let picture = resolve(&sums, size, output.channel.into());
-    let picture = for_file(picture, output);
-    let tone_map = output.tone_map.then_some(ToneMap::KhronosPbrNeutral);
-    picture.write(&output.output, &PngOptions { exposure_ev: output.exposure, tone_map })?;
+    write_picture(&sums, size, output)?;
     if let Some(file) = &output.timings {
-        write_timings(file, &info, rays, &stats)?;
+        let pass = serde_json::json!({
+            "name": "reference/path_trace",
+            "dispatches": stats.n_dispatches,
+            "gpu_ms": stats.gpu_time.map(|time| time.as_secs_f64() * 1e3),
+        });
+        let count = ("samples_per_pixel", stats.n_samples);
+        write_timings(file, &info, rays, count, stats.wall_time, vec![pass])?;
     }
     if stats.stopped {
         errln!(
@@ -215,6 +208,62 @@ fn trace(
     }
     errln!("rendered in {:.2} s", stats.wall_time.as_secs_f64());
     outln!("{}", output.output.display())?;
+    Ok(())
+}
+
+/// What every technique begins with.
+struct Ready {
+    camera: Camera,
+    size: UVec2,
+    gpu: Gpu,
+    info: wgpu::AdapterInfo,
+    rays: RaySource,
+    gpu_scene: GpuScene,
+}
+
+/// Loads the scene, opens the device and brings the scene to it.
+fn prepare(
+    scene: &SceneArguments,
+    adapter: &AdapterArguments,
+    output: &OutputArguments,
+) -> Result<Ready, Box<dyn std::error::Error>> {
+    // A long rendering must not end at a folder that is not there.
+    check_writable(&output.output)?;
+    if let Some(file) = &output.timings {
+        check_writable(file)?;
+    }
+    let diffuse_only = scene.diffuse;
+    let Prepared { scene, camera, size } = scene.prepare()?;
+    let (gpu, info, rays) = adapter.open()?;
+    let gpu_scene = GpuScene::new(&gpu, &scene, GpuSceneOptions { diffuse_only, rays })?;
+    if gpu_scene.skipped_triangles() > 0 {
+        errln!(
+            "warning: {} triangles have no area or lie too far away and are left out",
+            gpu_scene.skipped_triangles()
+        );
+    }
+    errln!("scene: {} triangles, {} lights", gpu_scene.n_triangles(), gpu_scene.n_lights());
+    Ok(Ready { camera, size, gpu, info, rays, gpu_scene })
+}
+
+/// Set by Ctrl-C. The second one ends the program at once.
+fn interrupt_flag() -> Result<Arc<AtomicBool>, ctrlc::Error> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })?;
+    Ok(interrupted)
+}
+
+/// The channel that was asked for, to the output file.
+fn write_picture(sums: &[PixelSums], size: UVec2, output: &OutputArguments) -> CommandResult {
+    let picture = resolve(sums, size, output.channel.into());
+    let picture = for_file(picture, output);
+    let tone_map = output.tone_map.then_some(ToneMap::KhronosPbrNeutral);
+    picture.write(&output.output, &PngOptions { exposure_ev: output.exposure, tone_map })?;
     Ok(())
 }
 
@@ -279,20 +328,18 @@ fn write_timings(
     file: &Path,
     info: &wgpu::AdapterInfo,
     rays: RaySource,
-    stats: &RenderStats,
+    (counted, count): (&str, u32),
+    wall_time: Duration,
+    passes: Vec<serde_json::Value>,
 ) -> CommandResult {
     let json = serde_json::json!({
         "adapter": info.name,
         "backend": info.backend.to_string(),
         "driver": info.driver_info,
         "rays": match rays { RaySource::Software => "software", RaySource::RayQuery => "ray_query" },
-        "samples_per_pixel": stats.n_samples,
-        "wall_ms": stats.wall_time.as_secs_f64() * 1e3,
-        "passes": [{
-            "name": "reference/path_trace",
-            "dispatches": stats.n_dispatches,
-            "gpu_ms": stats.gpu_time.map(|time| time.as_secs_f64() * 1e3),
-        }],
+        counted: count,
+        "wall_ms": wall_time.as_secs_f64() * 1e3,
+        "passes": passes,
     });
     let text = serde_json::to_string_pretty(&json)?;
     write_whole_file(file, |writer| -> std::io::Result<()> { writeln!(writer, "{text}") })

@@ -154,8 +154,7 @@ impl CompositePass {
                     entries: &entries.into_array(),
                 })
             });
-            let timestamps =
-                frame.timers.as_deref_mut().and_then(|t| t.compute("frame/composite"));
+            let timestamps = frame.timers.as_deref_mut().and_then(|t| t.compute("frame/composite"));
             let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some("frame/composite"),
                 timestamp_writes: timestamps,

@@ -242,3 +242,45 @@ fn interrupt_writes_the_picture_and_says_so() {
     assert!(mean(&read(&output)).min_element() > 0.0);
     assert_eq!(names_in(&folder), ["out.exr"]);
 }
+
+#[test]
+fn render_direct_accumulates_frames_and_times_its_passes() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = empty_folder("direct");
+    let timings = folder.join("timings.json");
+    let mut means = Vec::new();
+    for channel in ["beauty", "emitted", "direct", "indirect"] {
+        let output = folder.join(format!("{channel}.exr"));
+        let ran = run(&[
+            "render",
+            &cornell(),
+            "--technique=direct",
+            "--size=16x16",
+            "--frames=2",
+            "--channel",
+            channel,
+            "--timings",
+            path(&timings),
+            "-o",
+            path(&output),
+        ])
+        .exits(0)
+        .says(&["scene: 32 triangles", "rendered in "]);
+        assert_eq!(ran.stdout, format!("{}\n", path(&output)), "{ran}");
+        means.push(mean(&read(&output)));
+    }
+    let off = (means[0] - means[1] - means[2]).abs();
+    assert!(off.max_element() < 1e-5 * means[0].max_element(), "{means:?}");
+    assert!(means[2].min_element() > 0.0 && means[3] == Vec3::ZERO, "{means:?}");
+    let json: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&timings).unwrap()).unwrap();
+    assert_eq!(json["frames"], 2);
+    let names: Vec<_> =
+        json["passes"].as_array().unwrap().iter().map(|pass| pass["name"].clone()).collect();
+    assert!(
+        names.is_empty() || names == ["frame/gbuffer", "frame/direct", "frame/composite"],
+        "{names:?}"
+    );
+}

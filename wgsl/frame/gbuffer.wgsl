@@ -62,7 +62,7 @@ const MAX_EMISSION: f32 = 65504.0;
 const SNAPPING: f32 = 1.0 / 256.0;
 /// Roundings in a position that a ray through the pixel is followed to: of the corners' differences,
 /// two products and a quotient when it was found, and of the depth and the ray here.
-const POSITION_ROUNDINGS: f32 = 16.0;
+const RAY_ROUNDINGS: f32 = 16.0;
 
 /// The texels of a surface. Normals: unit length, towards the viewer; `depth`: along the view axis [m].
 fn encode_gbuffer(
@@ -116,5 +116,5 @@ fn position_error(view: FrameView, position: vec3<f32>, depth: f32) -> f32 {
         length(camera.up) / f32(view.size.y),
     );
     let size = length(position - camera.position) + length(camera.position) + scale * length(camera.right);
-    return SNAPPING * pixel + POSITION_ROUNDINGS * UNIT_ROUNDOFF * size;
+    return SNAPPING * pixel + RAY_ROUNDINGS * UNIT_ROUNDOFF * size;
 }

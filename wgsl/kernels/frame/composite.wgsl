@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Puts a frame's light together and adds it to the sums over frames.
 //!
-//! beauty = emitted + direct + indirect. Dispatch: ceil(width/8) × ceil(rows/8) × 1 for each stripe of
-//! rows. Workgroup memory: none. Each invocation owns one pixel of `sums` and of `beauty`, so the
+//! beauty = emitted + direct + indirect.
+//!
+//! Dispatch: ceil(width/8) × ceil(rows/8) × 1 for each stripe of rows. Workgroup memory: none. Each invocation owns one pixel of `sums` and of `beauty`, so the
 //! same input gives the same bytes.
 
 #import lucerna::frame::gbuffer::{GBufferTexels, decode_gbuffer}

@@ -1,0 +1,307 @@
+//! Direct light against closed forms and against the path tracer.
+
+use crate::support::{
+    add_texture, ceiling, diffuse, emitter, floor, lambert, look_down, on_gpu, render as trace,
+    scene, settings,
+};
+use crate::whole::{Rendered, accumulated, render};
+use glam::{DVec3, UVec2, Vec3};
+use lucerna::frame::{NoIndirect, ViewSettings};
+use lucerna::gpu_scene::{GpuScene, RaySource};
+use lucerna::reference::{Channel, PixelSums, ReferenceSettings, resolve};
+use lucerna::scene::{AlphaMode, Camera, Light, LoadLimits, Material, Scene, Sky};
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// A white plane, so that no 8-bit albedo rounds.
+fn plane() -> Scene {
+    scene(vec![floor(20.0, 0.0, 0)], vec![lambert([1.0; 3])])
+}
+
+/// L = E/π with E = I·cosθ/d² at pixel centres. Relative 3e-5: the normal is packed to 6.5e-5 rad (exact
+/// for an axis), a dozen f32 roundings, coordinates to 2⁻²² m of 1.
+#[test]
+fn point_light_over_a_plane() {
+    let at = Vec3::new(0.3, 1.5, -0.2);
+    let intensity = Vec3::new(10.0, 5.0, 1.0);
+    let mut world = plane();
+    world.lights.push(Light::Point { position: at, intensity, range: None });
+    let size = UVec2::new(24, 16);
+    for (what, camera) in [
+        ("orthographic", look_down(4.0, 2.0)),
+        ("perspective", crate::gbuffer::camera_at(Vec3::new(0.5, 3.0, 4.0), Vec3::ZERO, 50.0)),
+    ] {
+        let found = render(&diffuse(&world), &camera, size, accumulated(1, 0), 4);
+        let lit = found.channel(Channel::Direct);
+        for (ix, pixel) in lit.iter().enumerate() {
+            let Some((origin, direction)) =
+                crate::gbuffer::center_ray(&camera, size, ix as u32 % size.x, ix as u32 / size.x)
+                    .into()
+            else {
+                unreachable!()
+            };
+            let t = -origin.y / direction.y;
+            let point = origin + direction * t;
+            if !(t > 0.0 && point.abs().max_element() < 19.9) {
+                continue;
+            }
+            let offset = at.as_dvec3() - point;
+            let expected = intensity.as_dvec3() * offset.y / offset.length().powi(3) / PI;
+            let off = ((pixel.as_dvec3() - expected) / expected).abs().max_element();
+            assert!(off < 3e-5, "{what}, pixel {ix}: {pixel}, expected {expected}");
+        }
+    }
+}
+
+/// Mean over pixels and 16 seeds with its standard error, in the first colour.
+fn mean_and_error(world: &Scene, size: UVec2, n_frames: u32, n_samples: u32) -> (f64, f64) {
+    let on_gpu = diffuse(world);
+    let mut found = Rendered::new(&on_gpu, size, n_samples);
+    let means: Vec<f64> = (0..16)
+        .map(|seed| {
+            let settings = accumulated(n_frames, seed);
+            found.run(&on_gpu, &look_down(0.5, 0.2), settings, &mut NoIndirect);
+            let lit = found.channel(Channel::Direct);
+            lit.iter().map(|pixel| f64::from(pixel.x)).sum::<f64>() / lit.len() as f64
+        })
+        .collect();
+    let mean = means.iter().sum::<f64>() / 16.0;
+    let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 15.0;
+    (mean, (variance / 16.0).sqrt())
+}
+
+/// Within 5 standard errors (of 15 degrees of freedom: beyond that with a probability of 2e-4, and
+/// always alike, for seeds are fixed) and 1e-4 for the plane's finite size and rounding; the
+/// standard error must be below 0.3 %, or nothing is shown.
+fn check_mean(what: &str, world: &Scene, expected: f64) {
+    let (mean, error) = mean_and_error(world, UVec2::splat(16), 4, 4);
+    println!("{what}: {mean:.6} ± {error:.6}, expected {expected:.6}");
+    assert!(error < 3e-3 * expected, "{what}: too noisy, ± {error}");
+    assert!((mean - expected).abs() < 5.0 * error + 1e-4 * expected, "{what}: {mean} ± {error}");
+}
+
+/// E = πL, so a white plane reflects L.
+#[test]
+fn uniform_sky_over_a_plane() {
+    let sky = Sky::Constant(Vec3::splat(0.7));
+    check_mean("sky", &Scene { sky, ..plane() }, 0.7f32.into());
+}
+
+/// The same sky as an image.
+#[test]
+fn image_sky_over_a_plane() {
+    let sky = Sky::Image { width: 8, height: 4, rgb: vec![Vec3::splat(0.7); 32] };
+    check_mean("sky image", &Scene { sky, ..plane() }, 0.7f32.into());
+}
+
+/// A ceiling of half side a at height h over the plane, seen from the origin: view factor of a square
+/// to a differential element below its centre, (4/π)·X/√(1+X²)·atan(X/√(1+X²)), X = a/h (Howell, B-3
+/// times four). Averaged over the picture's ±0.2 m numerically.
+#[test]
+fn emissive_quad_over_a_plane() {
+    // Corner form: F = (1/2π)[A/√(1+A²)·atan(B/√(1+A²)) + B/√(1+B²)·atan(A/√(1+B²))], A, B = sides/h.
+    let corner = |x: f64, y: f64| {
+        let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
+        (x / p * (y / p).atan() + y / q * (x / q).atan()) / (2.0 * PI)
+    };
+    for (what, half, height) in [("lamp", 0.5, 1.0f64), ("near lamp", 3.0, 0.6)] {
+        let mut world = plane();
+        world.meshes.push(ceiling(half, height as f32, 1));
+        world.instances.push(lucerna::scene::Instance {
+            mesh: 1,
+            world_from_object: glam::Affine3A::IDENTITY,
+        });
+        world.materials.push(emitter([2.0, 2.0, 2.0]));
+        let n = 64;
+        let mut factor = 0.0;
+        for ix in 0..n * n {
+            let place = |k: u32| (f64::from(k) + 0.5) / f64::from(n) * 0.4 - 0.2;
+            let (x, z) = (place(ix % n), place(ix / n));
+            let half = f64::from(half);
+            for (a, b) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                factor +=
+                    corner((half - a * x) / height, (half - b * z) / height) / f64::from(n * n);
+            }
+        }
+        check_mean(what, &world, 2.0 * factor);
+    }
+}
+
+/// More punctual lights than are looped over: they are drawn, and the mean is the same.
+#[test]
+fn many_lights_are_drawn_few_are_looped_over() {
+    let with = |n: u32| {
+        let mut world = plane();
+        world.lights = (0..n)
+            .map(|_| Light::Directional {
+                direction: Vec3::NEG_Y,
+                irradiance: Vec3::splat(std::f32::consts::PI / n as f32),
+            })
+            .collect();
+        world
+    };
+    for n in [1, 16, 17, 100] {
+        let (mean, error) = mean_and_error(&with(n), UVec2::splat(8), 2, 4);
+        println!("{n} lights: {mean:.6} ± {error:.1e}");
+        assert!((mean - 1.0).abs() < 1e-5 && error < 1e-5, "{n}: {mean} ± {error}");
+    }
+}
+
+/// Irradiance is asked for: whatever the material, π·L of a white Lambertian.
+#[test]
+fn irradiance_is_that_of_a_white_surface() {
+    let mut world = scene(
+        vec![floor(20.0, 0.0, 0)],
+        vec![Material { metallic: 1.0, roughness: 0.3, ..lambert([0.2, 0.5, 0.1]) }],
+    );
+    world.lights.push(Light::Directional {
+        direction: Vec3::new(0.6, -0.8, 0.0),
+        irradiance: Vec3::new(3.0, 2.0, 1.0),
+    });
+    let settings = ViewSettings { irradiance: true, ..accumulated(2, 0) };
+    let on_gpu = on_gpu(&world, false, RaySource::Software);
+    let found = render(&on_gpu, &look_down(1.0, 1.0), UVec2::splat(4), settings, 4);
+    for pixel in found.channel(Channel::Irradiance) {
+        let expected = Vec3::new(3.0, 2.0, 1.0) * 0.8;
+        assert!(((pixel - expected) / expected).abs().max_element() < 1e-5, "{pixel}");
+    }
+    for pixel in found.channel(Channel::Albedo) {
+        // Half a step of 8 bits in sRGB is 3e-3 at 0.5; lavapipe decodes it 1.3e-3 off.
+        assert!((pixel - Vec3::new(0.2, 0.5, 0.1)).abs().max_element() < 5e-3, "{pixel}");
+    }
+}
+
+struct Compared {
+    mean: DVec3,
+    reference: DVec3,
+    rmse: f64,
+}
+
+fn compare(a: &[Vec3], b: &[Vec3], keep: impl Fn(usize) -> bool) -> Compared {
+    let n = (0..a.len()).filter(|&ix| keep(ix)).count() as f64;
+    let sum = |p: &[Vec3]| {
+        (0..p.len()).filter(|&ix| keep(ix)).map(|ix| p[ix].as_dvec3()).sum::<DVec3>() / n
+    };
+    let square: f64 = (0..a.len())
+        .filter(|&ix| keep(ix))
+        .map(|ix| (a[ix].as_dvec3() - b[ix].as_dvec3()).length_squared())
+        .sum();
+    Compared { mean: sum(a), reference: sum(b), rmse: (square / (3.0 * n)).sqrt() }
+}
+
+/// The path tracer's direct light twice, with different seeds: 256 paths a pixel each.
+fn references(world: &GpuScene, camera: &Camera, side: u32) -> [Vec<PixelSums>; 2] {
+    [0, 1].map(|seed| {
+        trace(world, camera, &ReferenceSettings { seed, ..settings(side, side, 0) }, 256)
+    })
+}
+
+/// The Cornell box, without the pixels that see the lamp. Each mean within 0.5 %: 8-bit albedos are
+/// right to 0.3 % (half a step in sRGB is 1 % of 0.05 and 0.2 % of 0.5). RMSE: 64 frames of 5 samples, in
+/// stratified places, are not noisier than 256 independent paths, so the picture differs from a reference no more
+/// than two references do from each other; a tenth for chance and for albedos.
+#[test]
+fn cornell_box_is_as_the_path_tracer_sees_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
+    let file = root.join("scenes/cornell_original/cornell_original.gltf");
+    let world = Scene::load(&file, &LoadLimits::default()).unwrap().scene;
+    let camera = world.cameras[0].clone();
+    let world = diffuse(&world);
+    let size = UVec2::splat(40);
+    let found = render(&world, &camera, size, accumulated(64, 1), 4);
+    let sums = references(&world, &camera, 40);
+    let truth = |channel| resolve(&sums[0], size, channel).rgb;
+    let emitted = [found.channel(Channel::Emitted), truth(Channel::Emitted)];
+    let dark = |ix: usize| emitted.iter().all(|picture| picture[ix] == Vec3::ZERO);
+    let c = compare(&found.channel(Channel::Direct), &truth(Channel::Direct), dark);
+    let noise =
+        compare(&resolve(&sums[1], size, Channel::Direct).rgb, &truth(Channel::Direct), dark);
+    println!("Cornell: {} against {}, RMSE {:.5}, {:.5}", c.mean, c.reference, c.rmse, noise.rmse);
+    assert!(((c.mean - c.reference) / c.reference).abs().max_element() < 0.005);
+    assert!(c.rmse < 1.1 * noise.rmse, "RMSE {} and {}", c.rmse, noise.rmse);
+    // Emission and the other channels; a lamp's edge is sampled 64 and 256 times.
+    let e = compare(&emitted[0], &emitted[1], |_| true);
+    assert!(((e.mean - e.reference) / e.reference).abs().max_element() < 0.02, "{}", e.mean);
+    for channel in [Channel::Depth, Channel::Normal] {
+        let c = compare(&found.channel(channel), &truth(channel), |_| true);
+        let scale = c.reference.abs().max_element();
+        assert!((c.mean - c.reference).abs().max_element() < 0.005 * scale, "{channel:?}");
+    }
+}
+
+/// A textured floor under a textured mask, glossy and diffuse, lit by the sun and an area light.
+#[test]
+fn masked_and_textured_scene_is_as_the_path_tracer_sees_it() {
+    let mut world = scene(
+        vec![floor(4.0, 0.0, 0), floor(1.0, 0.6, 1), ceiling(0.4, 2.0, 2)],
+        vec![lambert([1.0; 3]), lambert([0.9, 0.7, 0.5]), emitter([8.0; 3])],
+    );
+    let checker = (0..64u32).map(|ix| {
+        if (ix + ix / 8).is_multiple_of(2) { [230, 188, 120, 255] } else { [90, 90, 200, 255] }
+    });
+    let texture = add_texture(&mut world, 8, checker.collect());
+    world.materials[0].base_color_texture = Some(texture);
+    let holes = (0..64u32).map(|ix| [255, 255, 255, if ix * 7 % 5 < 2 { 0 } else { 255 }]);
+    let texture = add_texture(&mut world, 8, holes.collect());
+    world.materials[1].base_color_texture = Some(texture);
+    world.materials[1].alpha = AlphaMode::Mask { cutoff: 0.5 };
+    world.lights.push(Light::Directional {
+        direction: Vec3::new(0.3, -0.9, 0.2).normalize(),
+        irradiance: Vec3::splat(3.0),
+    });
+    let camera =
+        crate::gbuffer::camera_at(Vec3::new(0.3, 1.9, 2.4), Vec3::new(0.0, 0.2, 0.0), 50.0);
+    let size = UVec2::splat(32);
+    for (what, diffuse_only) in [("diffuse", true), ("dielectric", false)] {
+        if !diffuse_only {
+            world.materials[0].roughness = 0.35;
+            world.materials[1].metallic = 1.0;
+            world.materials[1].roughness = 0.5;
+        }
+        let world = on_gpu(&world, diffuse_only, RaySource::Software);
+        let found = render(&world, &camera, size, accumulated(64, 1), 4);
+        let [a, b] =
+            references(&world, &camera, 32).map(|sums| resolve(&sums, size, Channel::Direct).rgb);
+        let c = compare(&found.channel(Channel::Direct), &a, |_| true);
+        let noise = compare(&b, &a, |_| true);
+        println!(
+            "{what}: {} against {}, RMSE {:.5}, {:.5}",
+            c.mean, c.reference, c.rmse, noise.rmse
+        );
+        // As in the Cornell box. Borders of shadows and holes are met by 64 places in each pixel, the
+        // same in all pixels, and not by 256: an RMSE twice as large.
+        assert!(((c.mean - c.reference) / c.reference).abs().max_element() < 0.005, "{what}");
+        assert!(c.rmse < 2.0 * noise.rmse, "{what}: RMSE {} and {}", c.rmse, noise.rmse);
+    }
+}
+
+/// Neither acne nor gaps: a lit plane at grazing angles, far from the origin and from the camera, is
+/// bright in every pixel and frame; a wall that touches it leaves no lit seam behind it.
+#[test]
+fn no_acne_and_no_leaks() {
+    let center = Vec3::new(300.0, -40.0, 700.0);
+    let mut world = scene(vec![floor(60.0, 0.0, 0)], vec![lambert([1.0; 3])]);
+    world.instances[0].world_from_object =
+        glam::Affine3A::from_rotation_translation(glam::Quat::from_rotation_z(-0.15), center);
+    world.lights.push(Light::Directional {
+        direction: Vec3::new(0.95, -0.2, 0.1).normalize(),
+        irradiance: Vec3::ONE,
+    });
+    let normal = glam::Quat::from_rotation_z(-0.15) * Vec3::Y;
+    let cosine = -normal.dot(Vec3::new(0.95, -0.2, 0.1).normalize());
+    assert!(cosine.abs() > 0.05, "{cosine}");
+    let eye = center + glam::Quat::from_rotation_z(-0.15) * Vec3::new(-30.0, 1.0, 20.0);
+    let camera = crate::gbuffer::camera_at(eye, center, 60.0);
+    let size = UVec2::new(64, 48);
+    let found = render(&diffuse(&world), &camera, size, accumulated(4, 0), 4);
+    let depth = found.channel(Channel::Depth);
+    let lit = found.channel(Channel::Direct);
+    let expected = cosine.max(0.0) / std::f32::consts::PI;
+    for (ix, pixel) in lit.iter().enumerate() {
+        // The horizon's pixels are partly sky.
+        if found.sums[ix].n_surfaces == 4 {
+            let off = (pixel.x - expected).abs();
+            assert!(off < 3e-5, "pixel {ix} at {}: {pixel}, expected {expected}", depth[ix].x);
+        }
+    }
+}

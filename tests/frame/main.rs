@@ -1,0 +1,12 @@
+//! The frame that techniques share: its G-buffer against rays in f64, its direct light against closed
+//! forms and the path tracer.
+
+mod direct;
+mod gbuffer;
+#[allow(dead_code)]
+#[path = "../kernels/harness.rs"]
+mod harness;
+#[allow(dead_code)]
+#[path = "../reference/support.rs"]
+mod support;
+mod whole;
