@@ -195,6 +195,8 @@ pub struct FramesToRender {
     pub view: ViewSettings,
     /// Direct light.
     pub direct: DirectSettings,
+    /// Frames before those, in which the technique is brought up to date and nothing is seen.
+    pub n_warm_up: u32,
     /// Ask for GPU timestamps.
     pub timed: bool,
 }
@@ -231,6 +233,19 @@ pub fn render_frames(
     let mut stats = FrameStats::default();
     let started = Instant::now();
     let n_frames = what.view.n_accumulated.max(1);
+    let total = u64::from(what.n_warm_up) + u64::from(n_frames);
+    for done in 1..=u64::from(what.n_warm_up) {
+        view.advance(gpu, scene, camera, &what.view);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let frame = &mut Frame { gpu, encoder: &mut encoder, scene, view: &view, timers: None };
+        technique.update(frame);
+        gpu.queue.submit([encoder.finish()]);
+        wait(gpu)?;
+        if !keep_going(Progress { done, total }) {
+            break;
+        }
+    }
+    view.restart();
     while stats.n_frames < n_frames && !stats.stopped {
         view.advance(gpu, scene, camera, &what.view);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -258,7 +273,8 @@ pub fn render_frames(
             None => wait(gpu)?,
         }
         stats.n_frames += 1;
-        let progress = Progress { done: u64::from(stats.n_frames), total: u64::from(n_frames) };
+        let done = u64::from(what.n_warm_up) + u64::from(stats.n_frames);
+        let progress = Progress { done, total };
         stats.stopped = !keep_going(progress) && stats.n_frames < n_frames;
     }
     stats.wall_time = started.elapsed();

@@ -1,6 +1,7 @@
 //! `lucerna render` and `lucerna reference`.
 
 mod realtime;
+mod voxels;
 
 use super::CommandResult;
 use super::progress::Meter;
@@ -13,6 +14,7 @@ use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::picture::{PngOptions, ToneMap, write_whole_file};
 use lucerna::reference::{Channel, PixelSums, ReferenceSettings, resolve};
 use lucerna::scene::Camera;
+use lucerna::voxel_rt::VoxelRt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -110,6 +112,8 @@ pub struct RenderArguments {
     #[command(flatten)]
     realtime: realtime::RealtimeArguments,
     #[command(flatten)]
+    voxels: voxels::VoxelArguments,
+    #[command(flatten)]
     output: OutputArguments,
     #[command(flatten)]
     adapter: AdapterArguments,
@@ -121,6 +125,8 @@ enum Technique {
     Reference,
     /// Rasterised, with direct light and ray-traced shadows; no indirect light.
     Direct,
+    /// Ray-traced voxel global illumination.
+    VoxelRt,
 }
 
 /// `lucerna reference`.
@@ -149,7 +155,11 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
             arguments.frames,
             arguments.bounces,
         ),
-        Technique::Direct => realtime::render(arguments, |_, _| Ok(lucerna::frame::NoIndirect)),
+        Technique::Direct => realtime::render(arguments, |_, _, _| Ok(lucerna::frame::NoIndirect)),
+        Technique::VoxelRt => realtime::render(arguments, |gpu, scene, camera| {
+            let settings = arguments.voxels.settings(arguments.bounces, arguments.output.seed);
+            Ok(VoxelRt::new(gpu, scene, settings, camera.position)?)
+        }),
     }
 }
 

@@ -10,6 +10,7 @@ use lucerna::blocking::{FramesToRender, read_film, render_frames};
 use lucerna::frame::{DirectSettings, Technique, ViewSettings};
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::GpuScene;
+use lucerna::scene::Camera;
 use std::error::Error;
 use std::sync::atomic::Ordering;
 
@@ -22,6 +23,9 @@ pub struct RealtimeArguments {
     /// Distance in front of the camera from which surfaces are seen [m] (not for the reference).
     #[arg(long, value_name = "M", default_value_t = 0.01, value_parser = parse_near)]
     near: f32,
+    /// Frames in which a technique learns before the first one that is accumulated.
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    warm_up: u32,
 }
 
 fn parse_near(text: &str) -> Result<f32, String> {
@@ -34,12 +38,12 @@ fn parse_near(text: &str) -> Result<f32, String> {
 /// Renders the frames with the technique that `make` returns, and writes what was asked for.
 pub fn render<T: Technique>(
     arguments: &RenderArguments,
-    make: impl FnOnce(&Gpu, &GpuScene) -> Result<T, Box<dyn Error>>,
+    make: impl FnOnce(&Gpu, &GpuScene, &Camera) -> Result<T, Box<dyn Error>>,
 ) -> CommandResult {
     let output = &arguments.output;
     let Ready { camera, size, gpu, info, rays, gpu_scene } =
         prepare(&arguments.scene, &arguments.adapter, output)?;
-    let mut technique = make(&gpu, &gpu_scene)?;
+    let mut technique = make(&gpu, &gpu_scene, &camera)?;
     let what = FramesToRender {
         size,
         view: ViewSettings {
@@ -52,6 +56,7 @@ pub fn render<T: Technique>(
             n_samples: arguments.realtime.light_samples,
             ..DirectSettings::default()
         },
+        n_warm_up: arguments.realtime.warm_up,
         timed: output.timings.is_some(),
     };
     let interrupted = interrupt_flag()?;

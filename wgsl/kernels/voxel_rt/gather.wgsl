@@ -42,9 +42,10 @@ const SIDE_OFFSET: f32 = 1e-2;
 /// A bounce that meets the back of a single-sided surface within so many cells was shut in: the point
 /// lies within something solid, or behind a wall's foot, where nobody sees it.
 const SHUT_IN_CELLS: f32 = 1.5;
-/// Faces that so many rays found empty are tried again only in one frame of `EMPTY_PERIOD`.
-const EMPTY_AFTER: f32 = 16.0;
-const EMPTY_PERIOD: u32 = 16u;
+/// Faces that so many rays found empty or dark are tried only in one frame of `IDLE_PERIOD`: most are
+/// turned into walls or out of the building.
+const IDLE_AFTER: f32 = 16.0;
+const IDLE_PERIOD: u32 = 16u;
 /// Bits of `flags`: sample lights; sample bounces; reflected light counts again (else: direct only).
 const GATHER_DIRECT: u32 = 1u;
 const GATHER_BOUNCE: u32 = 2u;
@@ -145,7 +146,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_grou
     let packed_cell = structure[slot_word(level, record / n_faces)].x;
     let known = before[level.first_record + record];
     let hash = pcg3d(vec3<u32>(packed_cell, record % n_faces + 8u * info.level, info.seed));
-    if known.n_hits == 0.0 && ray_count(known) >= EMPTY_AFTER && (info.frame + hash.x) % EMPTY_PERIOD != 0u {
+    let is_dark = all(known.direct + known.indirect == vec3<f32>(0.0));
+    let is_known = min(ray_count(known), info.light_rays) >= IDLE_AFTER;
+    if is_dark && is_known && (info.frame + hash.x) % IDLE_PERIOD != 0u {
         after[level.first_record + record] = known;
         return;
     }

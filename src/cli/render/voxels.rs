@@ -1,0 +1,60 @@
+//! Flags of `voxel-rt`.
+
+use clap::Args;
+use lucerna::voxel_rt::{Bounces, Lookup, VoxelRtSettings};
+
+/// What only `voxel-rt` looks at.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "voxel-rt")]
+pub struct VoxelArguments {
+    /// Cells along the longest side of the scene (of each level).
+    #[arg(long, value_name = "CELLS", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=256))]
+    voxels: u32,
+    /// One value a voxel instead of one for each of its six faces.
+    #[arg(long)]
+    isotropic: bool,
+    /// Nested grids around the camera, each twice as wide as the one before; the coarsest is as wide
+    /// as the scene.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=6))]
+    levels: u32,
+    /// Surface points drawn on each voxel's face in each frame.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
+    points: u32,
+    /// How pixels read the grid.
+    #[arg(long, value_enum, default_value_t = LookupArgument::Valid)]
+    lookup: LookupArgument,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum LookupArgument {
+    /// Trilinear over cells with surfaces that look the pixel's way.
+    Valid,
+    /// Trilinear over all cells, empty ones dark (the source's).
+    Trilinear,
+    /// The mean of seven of those (the source's).
+    SevenTap,
+}
+
+impl VoxelArguments {
+    /// `bounces`: reflections after the first; above 1, without end.
+    pub fn settings(&self, bounces: u32, seed: u32) -> VoxelRtSettings {
+        VoxelRtSettings {
+            resolution: self.voxels,
+            anisotropic: !self.isotropic,
+            n_levels: self.levels,
+            points_per_face: self.points,
+            bounces: match bounces {
+                0 => Bounces::None,
+                1 => Bounces::One,
+                _ => Bounces::Unlimited,
+            },
+            lookup: match self.lookup {
+                LookupArgument::Valid => Lookup::Valid,
+                LookupArgument::Trilinear => Lookup::Trilinear,
+                LookupArgument::SevenTap => Lookup::SevenTap,
+            },
+            seed,
+            ..VoxelRtSettings::default()
+        }
+    }
+}
