@@ -32,8 +32,8 @@ use std::mem::offset_of;
 pub use crate::bindings::baseline::lucerna::voxel_rt::cache::FaceLight;
 pub use carry::{CarryBuffers, CarryInfo, CarryPass};
 pub use gather::{GatherBuffers, GatherInfo, GatherPass};
-pub use shade::{ShadeBuffers, ShadePass};
 pub use settings::{Bounces, Lookup, VoxelRtSettings};
+pub use shade::{ShadeBuffers, ShadePass};
 pub use walls::{WallsBuffers, WallsPass};
 
 /// `voxel-rt` could not be set up.
@@ -369,7 +369,13 @@ impl VoxelRt {
                     u64::from(n_bricks(level.voxelizer.grid()) + level.voxelizer.grid().capacity)
                         * 8;
                 frame.encoder.copy_buffer_to_buffer(from, 0, &self.structure, to, bytes);
-                frame.encoder.copy_buffer_to_buffer(level.voxelizer.counts(), 0, &self.counts[ix], 0, 16);
+                frame.encoder.copy_buffer_to_buffer(
+                    level.voxelizer.counts(),
+                    0,
+                    &self.counts[ix],
+                    0,
+                    16,
+                );
             }
         }
         let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
