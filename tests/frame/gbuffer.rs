@@ -215,7 +215,7 @@ fn soup(center: Vec3) -> Scene {
             metallic: (k % 2) as f32,
             roughness: 0.25 + 0.25 * (k % 4) as f32,
             // 0 and 1 are the same in 8 bits.
-            ..lambert([(k & 1) as f32, (k / 2 & 1) as f32, (k / 4 & 1) as f32])
+            ..lambert([(k & 1) as f32, ((k / 2) & 1) as f32, ((k / 4) & 1) as f32])
         });
         meshes.push(Mesh {
             positions,
