@@ -23,13 +23,17 @@ pub struct Variant {
 /// What plain WebGPU has and naga asks for: `pack2x16float` and its kin (they need no f16).
 pub const BASELINE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
-/// Kernels that ask the host seam.
+/// Kernels that ask the host seam for rays.
 const SCENE_KERNELS: &[&str] = &["rays/nearest_hit", "rays/any_hit", "reference/path_trace"];
+
+/// Kernels that read materials, whether by rays or not.
+const UNTEXTURED_KERNELS: &[&str] =
+    &["rays/nearest_hit", "rays/any_hit", "reference/path_trace", "voxel/accumulate"];
 
 /// Every variant there is; the baseline stands first.
 pub const VARIANTS: &[Variant] = &[
     Variant { name: "", capabilities: BASELINE, kernels: None },
-    Variant { name: "untextured", capabilities: BASELINE, kernels: Some(SCENE_KERNELS) },
+    Variant { name: "untextured", capabilities: BASELINE, kernels: Some(UNTEXTURED_KERNELS) },
     Variant {
         name: "ray_query",
         capabilities: BASELINE.union(Capabilities::RAY_QUERY),

@@ -12,4 +12,5 @@ mod scan;
 mod sh;
 mod statistics;
 mod texture_oracle;
+mod voxel_attributes;
 mod voxelize;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Host seam: what stands at a hit.
 //!
-//! Interface: `Surface`, `surface_at`, `is_cut_away`.
+//! Interface: `Surface`, `surface_at`, `is_cut_away`; for the voxelizer `SurfaceOver`,
+//! `surface_over`.
 #define_import_path lucerna::host::surface
 
 #import lucerna::geometry::barycentric::{interpolate_vec2, interpolate_vec3, interpolate_vec4}
@@ -42,6 +43,11 @@ fn corner_color(packed: vec2<u32>) -> vec4<f32> {
 
 /// Base colour and alpha: factor × texture × vertex colour.
 fn base_color_at(triangle_ix: u32, weights: vec2<f32>) -> vec4<f32> {
+    return base_color_over(triangle_ix, weights, 0.0);
+}
+
+/// As [`base_color_at`], the texture averaged over about `width` [m] by its mips; 0: not averaged.
+fn base_color_over(triangle_ix: u32, weights: vec2<f32>, width: f32) -> vec4<f32> {
     let material_ix = triangles[triangle_ix].material;
     var color = materials[material_ix].base_color;
     if (triangle_shading[triangle_ix].flags & SHADING_HAS_COLORS) != 0u {
@@ -54,9 +60,56 @@ fn base_color_at(triangle_ix: u32, weights: vec2<f32>) -> vec4<f32> {
     }
     if materials[material_ix].base_color_texture.size.x != 0u {
         let slot = materials[material_ix].base_color_texture;
-        color *= sample_srgb(slot, texture_uv(triangle_ix, slot, weights), 0u);
+        let level = mip_of_width(triangle_ix, slot, width);
+        color *= sample_srgb(slot, texture_uv(triangle_ix, slot, weights), level);
     }
     return color;
+}
+
+/// The mip whose texels are about `width` [m] wide on the triangle.
+fn mip_of_width(triangle_ix: u32, slot: TextureSlot, width: f32) -> u32 {
+    if width <= 0.0 {
+        return 0u;
+    }
+    let a = triangles[triangle_ix].corner_a;
+    let b = triangles[triangle_ix].corner_b;
+    let c = triangles[triangle_ix].corner_c;
+    let uv = texture_uv(triangle_ix, slot, vec2<f32>(0.0));
+    let u = texture_uv(triangle_ix, slot, vec2<f32>(1.0, 0.0)) - uv;
+    let v = texture_uv(triangle_ix, slot, vec2<f32>(0.0, 1.0)) - uv;
+    // Texels of the triangle's parallelogram, through the texture's transform.
+    let turn = slot.row_u.x * slot.row_v.y - slot.row_u.y * slot.row_v.x;
+    let texels = abs((u.x * v.y - u.y * v.x) * turn) * f32(slot.size.x) * f32(slot.size.y);
+    let area = length(cross(b - a, c - a));
+    let per_width = texels * width * width / max(area, 1e-30);
+    // Half the logarithm of an area is that of a length. Below a texel: mip 0.
+    return u32(clamp(0.5 * log2(max(per_width, 1.0)) + 0.5, 0.0, 16.0));
+}
+
+/// What a patch of a triangle looks like from afar.
+struct SurfaceOver {
+    /// Linear, in [0, 1]; metals too reflect with it.
+    base_color: vec3<f32>,
+    /// The alpha mask removes the patch.
+    is_cut_away: bool,
+    /// Radiance out of the front face [W·sr⁻¹·m⁻²].
+    emission: vec3<f32>,
+    /// Emission leaves the back as well.
+    double_sided: bool,
+}
+
+/// The patch around a point, about `width` [m] across: textures are read from the mip of that width.
+/// `weights`: of the triangle's second and third corner.
+fn surface_over(triangle_ix: u32, weights: vec2<f32>, width: f32) -> SurfaceOver {
+    let material_ix = triangles[triangle_ix].material;
+    let cutoff = materials[material_ix].alpha_cutoff;
+    let color = base_color_over(triangle_ix, weights, width);
+    return SurfaceOver(
+        color.rgb,
+        cutoff >= 0.0 && color.a < cutoff,
+        emission_over(triangle_ix, weights, width),
+        (materials[material_ix].flags & MATERIAL_DOUBLE_SIDED) != 0u,
+    );
 }
 
 /// The mesh's coordinates that a texture is read with.
@@ -85,11 +138,17 @@ fn is_cut_away(triangle_ix: u32, weights: vec2<f32>) -> bool {
 
 /// Radiance that the triangle emits at a point, out of its front face [W·sr⁻¹·m⁻²].
 fn emission_at(triangle_ix: u32, weights: vec2<f32>) -> vec3<f32> {
+    return emission_over(triangle_ix, weights, 0.0);
+}
+
+/// As [`emission_at`], the texture averaged over about `width` [m] by its mips; 0: not averaged.
+fn emission_over(triangle_ix: u32, weights: vec2<f32>, width: f32) -> vec3<f32> {
     let material_ix = triangles[triangle_ix].material;
     var emission = materials[material_ix].emission;
     if materials[material_ix].emission_texture.size.x != 0u {
         let slot = materials[material_ix].emission_texture;
-        emission *= sample_srgb(slot, texture_uv(triangle_ix, slot, weights), 0u).rgb;
+        let level = mip_of_width(triangle_ix, slot, width);
+        emission *= sample_srgb(slot, texture_uv(triangle_ix, slot, weights), level).rgb;
     }
     return emission;
 }
