@@ -6,6 +6,7 @@
 mod attributes;
 mod dispatch;
 mod grid;
+mod raster;
 mod scan;
 mod voxelize;
 
@@ -14,6 +15,7 @@ pub use grid::{
     BRICK, MAX_BINDING, MAX_SIZE, RECORD_BYTES, Resolution, VoxelError, VoxelGrid, capacity_limit,
     grid_for_bounds, n_bricks,
 };
+pub use raster::{RasterMethod, RasterVoxelizer};
 pub use scan::{Scan, ScanPlan};
 pub use voxelize::{
     RECORD_GROUPS_OFFSET, TriangleCounter, Triangles, VOXEL_GROUPS_OFFSET, VoxelCounts, Voxelizer,
