@@ -144,7 +144,7 @@ pub fn grid_for_bounds(
     };
     // Below, neighbouring cells and points within them are the same number.
     let far = min.abs().max(max.abs()).max_element();
-    if !(cell >= 64.0 * f32::EPSILON * far && cell >= 1e-18 && cell <= 1e15) {
+    if !(cell >= 64.0 * f32::EPSILON * far && (1e-18..=1e15).contains(&cell)) {
         return Err(VoxelError::TooFine { cell, far });
     }
     let bricks = (size + BRICK - 1) / BRICK;

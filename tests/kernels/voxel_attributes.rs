@@ -418,8 +418,9 @@ fn one_sheet_has_two_faces() {
 /// one of them. Where alpha cuts a half away, that half does not count.
 #[test]
 fn textures_are_averaged_over_a_voxel() {
-    let texel =
-        |x: u32, y: u32| if (x + y) % 2 == 0 { [255, 255, 255, 255] } else { [0, 0, 0, 255] };
+    let texel = |x: u32, y: u32| {
+        if (x + y).is_multiple_of(2) { [255, 255, 255, 255] } else { [0, 0, 0, 255] }
+    };
     let chequered: Vec<_> = (0..64 * 64).map(|k| texel(k % 64, k / 64)).collect();
     let half: Vec<_> =
         (0..64 * 64).map(|k| [255, 255, 255, if k % 64 < 32 { 255 } else { 0 }]).collect();
