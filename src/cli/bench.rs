@@ -3,6 +3,7 @@
 mod rays;
 mod reference;
 mod room;
+mod voxelize;
 
 use super::CommandResult;
 use super::scene_args::{AdapterArguments, CameraChoice};
@@ -35,6 +36,8 @@ enum Group {
     Rays,
     /// Samples per second of the path tracer.
     Reference,
+    /// Voxelizing by compute and by the rasteriser, and the share of voxels that is missed.
+    Voxelize,
 }
 
 /// One line of a table.
@@ -62,6 +65,9 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
     }
     if wants(Group::Reference) {
         groups.push(("reference", reference::measure(&gpu, &scene, &camera, source)?));
+    }
+    if wants(Group::Voxelize) {
+        groups.push(("voxelize", voxelize::measure(&gpu, &scene, source)?));
     }
     if arguments.json {
         let json = serde_json::json!({

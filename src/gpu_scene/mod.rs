@@ -75,6 +75,7 @@ pub struct GpuScene {
     memory: SceneMemory,
     skipped_triangles: usize,
     textured: bool,
+    brightest: f32,
     // An acceleration structure must outlive its use; the bind group holds the buffers.
     _acceleration: Option<(wgpu::Blas, wgpu::Tlas)>,
 }
@@ -227,6 +228,7 @@ impl GpuScene {
             memory,
             skipped_triangles: world.skipped,
             textured: atlas.n_images() > 0,
+            brightest: scene.materials.iter().fold(0.0, |m, v| v.emission.max_element().max(m)),
             _acceleration: acceleration,
         })
     }
@@ -289,6 +291,12 @@ impl GpuScene {
     /// Lights that can be drawn: punctual, emissive triangles, sky.
     pub fn n_lights(&self) -> u32 {
         self.info.n_lights
+    }
+
+    /// The largest component of a material's emission \[W·sr⁻¹·m⁻²\], before textures; 0 where nothing
+    /// shines.
+    pub fn brightest_emission(&self) -> f32 {
+        self.brightest
     }
 
     /// Triangles left out because they have no area or lie too far from the origin for f32.

@@ -23,7 +23,7 @@ pub struct Variant {
 /// What plain WebGPU has and naga asks for: `pack2x16float` and its kin (they need no f16).
 pub const BASELINE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
-/// Kernels that ask the host seam.
+/// Kernels that ask the host seam for rays or the sky.
 const SCENE_KERNELS: &[&str] = &[
     "frame/composite",
     "frame/direct",
@@ -34,7 +34,7 @@ const SCENE_KERNELS: &[&str] = &[
     "voxel_rt/inject",
 ];
 
-/// Those, and the one that reads textures but asks no rays.
+/// Those, and the ones that read textures but ask no rays.
 const UNTEXTURED_KERNELS: &[&str] = &[
     "frame/composite",
     "frame/direct",
@@ -42,6 +42,7 @@ const UNTEXTURED_KERNELS: &[&str] = &[
     "rays/nearest_hit",
     "rays/any_hit",
     "reference/path_trace",
+    "voxel/accumulate",
     "voxel_rt/gather",
     "voxel_rt/inject",
 ];

@@ -32,7 +32,7 @@ pub enum Triangles {
 
 /// Cuts a set of triangles into pieces of work.
 #[derive(Clone, Debug)]
-struct Work {
+pub(super) struct Work {
     count: wgpu::ComputePipeline,
     groups: wgpu::ComputePipeline,
     scan: Scan,
@@ -40,8 +40,8 @@ struct Work {
     /// By [`Triangles`].
     count_groups: [wgpu::BindGroup; 3],
     groups_group: wgpu::BindGroup,
-    first: wgpu::Buffer,
-    indirect: wgpu::Buffer,
+    pub(super) first: wgpu::Buffer,
+    pub(super) indirect: wgpu::Buffer,
     n_triangles: u32,
     layout: wgpu::BindGroupLayout,
 }
@@ -55,7 +55,7 @@ fn set_of(triangles: Triangles) -> count_work::TriangleSet {
     count_work::TriangleSet { which }
 }
 
-fn uniform(gpu: &Gpu, what: &'static str, contents: &[u8]) -> wgpu::Buffer {
+pub(super) fn uniform(gpu: &Gpu, what: &'static str, contents: &[u8]) -> wgpu::Buffer {
     gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some(what),
         contents,
@@ -116,7 +116,7 @@ impl Work {
     }
 
     /// Leaves the seam's bind group set.
-    fn record(
+    pub(super) fn record(
         &self,
         pass: &mut wgpu::ComputePass,
         scene: &GpuScene,
@@ -153,7 +153,7 @@ impl Work {
 pub struct Voxelizer {
     grid: VoxelGrid,
     grid_buffer: wgpu::Buffer,
-    work: Work,
+    pub(super) work: Work,
     mark: wgpu::ComputePipeline,
     count_bricks: wgpu::ComputePipeline,
     write_structure: wgpu::ComputePipeline,

@@ -13,4 +13,5 @@ mod sh;
 mod statistics;
 mod texture_oracle;
 mod voxel;
+mod voxel_attributes;
 mod voxelize;

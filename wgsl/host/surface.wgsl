@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Host seam: what stands at a hit.
 //!
-//! Interface: `Surface`, `surface_at`, `filtered_surface_at`, `seen_from`, `is_cut_away`.
+//! Interface: `Surface`, `surface_at`, `filtered_surface_at`, `seen_from`, `is_cut_away`; for the
+//! voxelizer `SurfaceOver`, `surface_over`.
 #define_import_path lucerna::host::surface
 
 #import lucerna::geometry::barycentric::{interpolate_vec2, interpolate_vec3, interpolate_vec4}
@@ -237,4 +238,52 @@ fn mapped_normal(
     let texel = linear_at(triangle_ix, slot, weights, spread).xyz * 2.0 - 1.0;
     let local = vec3<f32>(texel.xy * scale, texel.z);
     return safe_normalize(tangent * local.x + bitangent * local.y + normal * local.z, normal);
+}
+
+/// What a patch of a triangle looks like from afar.
+struct SurfaceOver {
+    /// Linear, in [0, 1]; metals too reflect with it.
+    base_color: vec3<f32>,
+    /// The alpha mask removes the patch.
+    is_cut_away: bool,
+    /// Radiance out of the front face [W·sr⁻¹·m⁻²].
+    emission: vec3<f32>,
+    /// Emission leaves the back as well.
+    double_sided: bool,
+}
+
+/// The patch around a point, about `width` [m] across: textures are read from the mip of that width.
+/// `weights`: of the triangle's second and third corner.
+fn surface_over(triangle_ix: u32, weights: vec2<f32>, width: f32) -> SurfaceOver {
+    let spread = spread_of_width(triangle_ix, width);
+    let material_ix = triangles[triangle_ix].material;
+    let cutoff = materials[material_ix].alpha_cutoff;
+    let color = base_color_at(triangle_ix, weights, spread);
+    return SurfaceOver(
+        color.rgb,
+        cutoff >= 0.0 && color.a < cutoff,
+        filtered_emission_at(triangle_ix, weights, spread),
+        (materials[material_ix].flags & MATERIAL_DOUBLE_SIDED) != 0u,
+    );
+}
+
+/// The footprint of a square of this width [m] on the triangle, as in [`filtered_surface_at`]: with
+/// e₁ = b − a, e₂ = c − a and N = e₁ × e₂, a step d changes the weights by
+/// ((d × e₂)·N, (e₁ × d)·N)/N². None for a triangle without area.
+fn spread_of_width(triangle_ix: u32, width: f32) -> vec4<f32> {
+    let to_b = triangles[triangle_ix].corner_b - triangles[triangle_ix].corner_a;
+    let to_c = triangles[triangle_ix].corner_c - triangles[triangle_ix].corner_a;
+    let normal = cross(to_b, to_c);
+    let square = dot(normal, normal);
+    let along = safe_normalize(to_b, vec3<f32>(0.0)) * width;
+    let across = safe_normalize(cross(normal, to_b), vec3<f32>(0.0)) * width;
+    if !(square > 0.0) {
+        return NO_SPREAD;
+    }
+    return vec4<f32>(
+        dot(cross(along, to_c), normal),
+        dot(cross(to_b, along), normal),
+        dot(cross(across, to_c), normal),
+        dot(cross(to_b, across), normal),
+    ) / square;
 }

@@ -8,7 +8,7 @@
 
 const WORKGROUP: u32 = 256u;
 /// As in `scan/blocks`.
-const BLOCK: u32 = 1024u;
+const BLOCK: u32 = 4096u;
 
 struct ScanInfo {
     n: u32,

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Exclusive prefix sums within blocks of 1024 numbers, in place, and the sum of each block.
+//! Exclusive prefix sums within blocks of 4096 numbers, in place, and the sum of each block.
 //!
 //! One level of a scan: the blocks' sums are scanned by the same kernel, and `scan/add` brings them
 //! down again. W. Hillis, G. Steele, "Data Parallel Algorithms", CACM 29(12), 1986. Sums stop at
 //! 2³² − 1.
 //!
-//! Dispatch: `math/dispatch` of ceil(n/1024). Workgroup memory: 1024 bytes.
+//! Dispatch: `math/dispatch` of ceil(n/4096). Workgroup memory: 1024 bytes.
 
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::saturating::add_saturating
 
 const WORKGROUP: u32 = 256u;
 /// Numbers of an invocation.
-const RUN: u32 = 4u;
+const RUN: u32 = 16u;
 /// Numbers of a workgroup.
-const BLOCK: u32 = 1024u;
+const BLOCK: u32 = 4096u;
 const_assert BLOCK == WORKGROUP * RUN;
 
 struct ScanInfo {
@@ -38,14 +38,14 @@ fn main(
 ) {
     let block = group_of_dispatch(workgroup_id);
     let first = block * BLOCK + local * RUN;
-    var run = array<u32, RUN>();
+    // Groups past the end have no block; their index may wrap, and they load nothing.
+    var end = 0u;
+    if block < info.n_blocks {
+        end = min(first + RUN, info.n);
+    }
     var sum = 0u;
-    for (var k = 0u; k < RUN; k++) {
-        // Groups past the end have no block; their index may wrap, and they load nothing.
-        if block < info.n_blocks && first + k < info.n {
-            run[k] = numbers[first + k];
-        }
-        sum = add_saturating(sum, run[k]);
+    for (var k = first; k < end; k++) {
+        sum = add_saturating(sum, numbers[k]);
     }
     partial[local] = sum;
     workgroupBarrier();
@@ -62,11 +62,10 @@ fn main(
     if local > 0u {
         total = partial[local - 1u];
     }
-    for (var k = 0u; k < RUN; k++) {
-        if block < info.n_blocks && first + k < info.n {
-            numbers[first + k] = total;
-        }
-        total = add_saturating(total, run[k]);
+    for (var k = first; k < end; k++) {
+        let number = numbers[k];
+        numbers[k] = total;
+        total = add_saturating(total, number);
     }
     if local == WORKGROUP - 1u && block < info.n_blocks {
         sums[block] = total;
