@@ -5,8 +5,9 @@
 //! are met first by rays along the face's axis, from outside, and are not shut in (see the kernel
 //! voxel_rt/gather). Such rays, spread evenly over the
 //! face, meet a surface with a density of |cos| to the axis: the mean weighs each piece of surface
-//! by its area and max(dot(face normal, surface normal), 0), as anisotropic voxels do (SOURCES:
-//! J. Silva, "Ray-traced voxel global illumination", 2020, future work).
+//! by its area and max(dot(face normal, surface normal), 0), as the
+//! anisotropic voxels that T. Magalhães, "Real-Time Ray Traced Voxel Global Illumination", University
+//! of Porto, 2020, names as future work.
 //!
 //! * *direct*: irradiance straight from lights, emissive surfaces and the sky [W·m⁻²]
 //! * *indirect*: irradiance that was reflected at least once [W·m⁻²]

@@ -3,7 +3,7 @@
 //!
 //! Goes through the cells as `voxel/mark` does. A triangle counts in a cell by the area that lies in
 //! it. Anisotropic: into the face of each axis that its front looks to, by the area projected on it
-//! (A·max(dot(axis, n), 0), the weights of SOURCES §1 times the area); a double-sided triangle that
+//! (A·max(dot(axis, n), 0), the weights of T. Magalhães 2020 times the area); a double-sided triangle that
 //! shines, into the opposite face as well. Isotropic: by the area. What only touches counts with the
 //! least weight, so no voxel is without values. Where the alpha mask cuts the middle of the part
 //! away, the part does not count.
