@@ -14,6 +14,7 @@
 //! | bring a scene to the GPU: bind group 0 of every kernel | [`gpu_scene`] |
 //! | trace paths | [`reference`](mod@reference) |
 //! | trace many rays at once | [`rays`] |
+//! | deposit irradiance in voxels | [`voxel_rt`] |
 //! | read and write PNG, EXR and HDR | [`picture`] |
 //! | reach the generated structs and layouts | [`bindings`] |
 //! | wait for the GPU (feature `cli`) | `blocking` |
@@ -75,6 +76,7 @@ pub mod rays;
 pub mod reference;
 pub mod scene;
 pub mod shader;
+pub mod voxel_rt;
 
 mod modules;
 

@@ -18,6 +18,7 @@ use glam::UVec2;
 use wgpu::util::DeviceExt;
 
 pub use baseline::lucerna::reference::path::PixelSums;
+pub(crate) use camera::for_size as camera_for_size;
 pub use film::{Channel, Film, Stripe, resolve};
 
 /// What to render.

@@ -29,9 +29,9 @@
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::sampling::pcg::random_vec4
 #import lucerna::sampling::stratified::stratified_number
-#import lucerna::voxel::accumulator::{STRATEGY_MOVING_AVERAGE, STRATEGY_MAX, STRATEGY_EXACT}
+#import lucerna::voxel::accumulator::{STRATEGY_STORE, STRATEGY_MOVING_AVERAGE, STRATEGY_MAX, STRATEGY_EXACT}
 #import lucerna::voxel::accumulator::{HEAD_WORDS, HEAD_REJECTED, HEAD_CLAMPED, HEAD_OUTSIDE, EXACT_WORDS, EXACT_COUNT, EXACT_HIGH}
-#import lucerna::voxel::average::{WideSum, SAMPLE_FINE, SAMPLE_REJECTED}
+#import lucerna::voxel::average::{WideSum, QUANTA_MAX, SAMPLE_FINE, SAMPLE_REJECTED}
 #import lucerna::voxel::average::{check_sample, quantise, add_to_sum, carry_of, pack_average, moving_average_step, PACKED_COUNT_MAX}
 #import lucerna::voxel::bricks::{NO_SLOT, brick_of_cell, bit_of_cell, slot_of_bit}
 #import lucerna::voxel::face_choice::choose_face
@@ -43,6 +43,8 @@ const RUN_SIDE: u32 = 2u;
 /// Samples of an invocation.
 const RUN: u32 = 4u;
 const_assert RUN == RUN_SIDE * RUN_SIDE;
+// Sums of 2³² − 1 samples fit 64 bits.
+const_assert QUANTA_MAX < 4294967296.0;
 
 /// Chosen when the pipeline is made: the others' code drops out.
 override STRATEGY: u32 = 3u;
@@ -157,7 +159,7 @@ fn deposit(run: ptr<function, Run>, sample: VoxelSample) {
         average_by_compare_and_swap(ix, value_unorm);
     } else if STRATEGY == STRATEGY_MAX {
         atomicMax(&accumulators[ix], pack_average(value_unorm, PACKED_COUNT_MAX));
-    } else {
+    } else if STRATEGY == STRATEGY_STORE {
         atomicStore(&accumulators[ix], pack_average(value_unorm, PACKED_COUNT_MAX));
     }
 }
