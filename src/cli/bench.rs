@@ -3,6 +3,7 @@
 mod rays;
 mod reference;
 mod room;
+mod voxel_write;
 
 use super::CommandResult;
 use super::scene_args::{AdapterArguments, CameraChoice};
@@ -22,6 +23,9 @@ pub struct BenchArguments {
     /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
     #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
     camera: Option<CameraChoice>,
+    /// voxel-write: small sizes only.
+    #[arg(long)]
+    quick: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -35,6 +39,9 @@ enum Group {
     Rays,
     /// Samples per second of the path tracer.
     Reference,
+    /// How irradiance is written into voxels: store, moving average, max, exact (only by name: it
+    /// takes minutes).
+    VoxelWrite,
 }
 
 /// One line of a table.
@@ -62,6 +69,10 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
     }
     if wants(Group::Reference) {
         groups.push(("reference", reference::measure(&gpu, &scene, &camera, source)?));
+    }
+    if arguments.group == Some(Group::VoxelWrite) {
+        let rows = voxel_write::measure(&gpu, &scene, source, arguments.quick)?;
+        groups.push(("voxel-write", rows));
     }
     if arguments.json {
         let json = serde_json::json!({

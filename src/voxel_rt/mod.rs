@@ -5,9 +5,11 @@
 //! samples and adds the records' means to those of the injections before it.
 
 mod inject;
+mod structure;
 mod write;
 
 pub use crate::bindings::baseline::kernels::voxel_rt::inject::VoxelSample;
 pub use crate::bindings::baseline::lucerna::voxel::grid::VoxelGrid;
 pub use inject::{Injection, InjectionSource, VoxelInjector, largest_irradiance};
+pub use structure::sparse_grid;
 pub use write::{RejectedSamples, VoxelIrradiance, VoxelRtError, WriteStrategy};

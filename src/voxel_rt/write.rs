@@ -1,6 +1,7 @@
 //! Where samples are written: accumulators of one strategy, and their means.
 
 use super::VoxelGrid;
+use super::structure::BRICK;
 use crate::bindings::baseline::lucerna::voxel::accumulator as wgsl;
 use crate::bindings::baseline::lucerna::voxel::average::QUANTA_MAX;
 use crate::gpu::{Gpu, GpuError};
@@ -202,8 +203,7 @@ fn check_grid(grid: &VoxelGrid, structure: &wgpu::Buffer) -> Result<(), VoxelRtE
     if ![1, 6].contains(&grid.n_faces) || grid.capacity == 0 {
         return wrong(format!("{} faces, room for {} voxels", grid.n_faces, grid.capacity));
     }
-    let brick = glam::UVec3::new(4, 4, 2);
-    if grid.bricks != (grid.size + brick - 1) / brick {
+    if grid.bricks != (grid.size + BRICK - 1) / BRICK {
         return wrong(format!("{} bricks for {} cells", grid.bricks, grid.size));
     }
     let bytes = 8 * u64::from(grid.bricks.element_product());

@@ -11,3 +11,4 @@ mod sampling;
 mod sh;
 mod statistics;
 mod texture_oracle;
+mod voxel_write;
