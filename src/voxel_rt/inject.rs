@@ -69,6 +69,7 @@ pub struct VoxelInjector {
     strategy: WriteStrategy,
     variant: &'static str,
     light: wgpu::ComputePipeline,
+    extended: wgpu::ComputePipeline,
     camera: wgpu::ComputePipeline,
     samples: wgpu::ComputePipeline,
     samples_layout: wgpu::BindGroupLayout,
@@ -115,6 +116,7 @@ impl VoxelInjector {
             strategy: volume.strategy,
             variant: scene.variant(),
             light: pipeline(&inject_module, kernel::ENTRY_INJECT_LIGHT, &traced),
+            extended: pipeline(&inject_module, kernel::ENTRY_INJECT_EXTENDED, &traced),
             camera: pipeline(&inject_module, kernel::ENTRY_INJECT_CAMERA, &traced),
             samples: pipeline(
                 &inject_module,
@@ -192,7 +194,8 @@ impl VoxelInjector {
         let tiles = injection.n_rays.div_ceil(kernel::WORKGROUP * kernel::RUN_SIDE);
         let pipeline = match injection.source {
             InjectionSource::Extended if scene.n_extended_lights() == 0 => return,
-            InjectionSource::Light(_) | InjectionSource::Extended => &self.light,
+            InjectionSource::Light(_) => &self.light,
+            InjectionSource::Extended => &self.extended,
             InjectionSource::Camera(_) => &self.camera,
             InjectionSource::Samples(buffer, n_samples) => {
                 let samples = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -289,9 +292,7 @@ impl Slot {
         let quantum = quantum(injection.largest_irradiance)?;
         let (camera, light, n_samples) = match injection.source {
             InjectionSource::Light(light) => (wgsl_camera::Camera::zeroed(), light, 0),
-            InjectionSource::Extended => {
-                (wgsl_camera::Camera::zeroed(), kernel::LIGHT_EXTENDED, 0)
-            }
+            InjectionSource::Extended => (wgsl_camera::Camera::zeroed(), 0, 0),
             InjectionSource::Camera(camera) => {
                 (camera_for_size(camera, UVec2::splat(injection.n_rays.max(1))), 0, 0)
             }
