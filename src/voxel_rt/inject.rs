@@ -206,11 +206,10 @@ impl VoxelInjector {
                         resource: buffer.as_entire_binding(),
                     }],
                 });
-                let [group, ..] = kernel::compute::INJECT_SAMPLES_WORKGROUP_SIZE;
                 pass.set_pipeline(&self.samples);
                 pass.set_bind_group(1, &slot.inject_group, &[]);
                 pass.set_bind_group(2, &samples, &[]);
-                pass.dispatch_workgroups(n_samples.div_ceil(group * kernel::RUN), 1, 1);
+                pass.dispatch_workgroups(n_samples.div_ceil(SAMPLES_PER_GROUP), 1, 1);
                 return;
             }
         };
@@ -221,11 +220,14 @@ impl VoxelInjector {
     }
 }
 
+/// Of `inject_samples`.
+const SAMPLES_PER_GROUP: u32 = kernel::compute::INJECT_SAMPLES_WORKGROUP_SIZE[0] * kernel::RUN;
+
 fn check(scene: &GpuScene, injection: &Injection) -> Result<(), VoxelRtError> {
     quantum(injection.largest_irradiance)?;
     let samples = match injection.source {
         // As many as workgroups of one axis take.
-        InjectionSource::Samples(_, n) if n <= 65_535 * 256 => u64::from(n),
+        InjectionSource::Samples(_, n) if n.div_ceil(SAMPLES_PER_GROUP) <= 65_535 => u64::from(n),
         InjectionSource::Samples(_, n) => {
             return Err(VoxelRtError::TooManySamples { samples: u64::from(n) });
         }

@@ -8,7 +8,7 @@ mod inject;
 mod structure;
 mod write;
 
-pub use crate::bindings::baseline::kernels::voxel_rt::inject::VoxelSample;
+pub use crate::bindings::baseline::kernels::voxel_rt::inject::{RUN_SIDE, VoxelSample};
 pub use crate::bindings::baseline::lucerna::voxel::grid::VoxelGrid;
 pub use inject::{Injection, InjectionSource, VoxelInjector, largest_irradiance};
 pub use structure::sparse_grid;

@@ -315,7 +315,7 @@ fn raw(strategy: WriteStrategy, before: &[u32], n_records: u32, samples: &[Voxel
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(1, &group(1, &[(0, &grid), (1, &injection), (3, &accumulators)]), &[]);
         pass.set_bind_group(2, &group(2, &[(0, &samples_buffer)]), &[]);
-        pass.dispatch_workgroups((samples.len() as u32).div_ceil(256), 1, 1);
+        pass.dispatch_workgroups((samples.len() as u32).div_ceil(64 * kernel::RUN), 1, 1);
     }
     gpu.queue.submit([encoder.finish()]);
     bytemuck::pod_collect_to_vec(&read(&accumulators)[..4 * before.len()])

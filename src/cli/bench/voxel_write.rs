@@ -8,7 +8,7 @@ use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource, WorldTriangles};
 use lucerna::rays::{Hit, NONE, Ray, RayKernel, RayQuestion};
 use lucerna::scene::{Light, Scene};
 use lucerna::voxel_rt::{
-    Injection, InjectionSource, VoxelGrid, VoxelInjector, VoxelIrradiance, VoxelSample,
+    Injection, InjectionSource, RUN_SIDE, VoxelGrid, VoxelInjector, VoxelIrradiance, VoxelSample,
     WriteStrategy, largest_irradiance, sparse_grid,
 };
 use std::error::Error;
@@ -155,7 +155,7 @@ struct Place {
     value: f32,
 }
 
-/// First hits of stratified rays in 2 × 2 blocks, the blocks row by row.
+/// First hits of stratified rays, block by block as an invocation takes them.
 fn hits_of_light(
     gpu: &Gpu,
     scene: &GpuScene,
@@ -163,12 +163,12 @@ fn hits_of_light(
     n_rays: u32,
 ) -> Result<Vec<Place>, Box<dyn Error>> {
     let Light::Point { position, .. } = *light else { return Ok(Vec::new()) };
-    let blocks = n_rays / 2;
+    let blocks = n_rays / RUN_SIDE;
     let rays: Vec<Ray> = (0..n_rays * n_rays)
         .map(|ix| {
-            let (block, inside) = (ix / 4, ix % 4);
-            let x = block % blocks * 2 + inside % 2;
-            let y = block / blocks * 2 + inside / 2;
+            let (block, inside) = (ix / (RUN_SIDE * RUN_SIDE), ix % (RUN_SIDE * RUN_SIDE));
+            let x = block % blocks * RUN_SIDE + inside % RUN_SIDE;
+            let y = block / blocks * RUN_SIDE + inside / RUN_SIDE;
             let at = |k: u32| (k as f32 + 0.5) / n_rays as f32;
             let z = 1.0 - 2.0 * at(x);
             let radius = (1.0 - z * z).max(0.0).sqrt();

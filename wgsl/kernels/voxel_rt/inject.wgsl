@@ -18,7 +18,7 @@
 //! Each invocation takes RUN_SIDE × RUN_SIDE neighbouring rays (or RUN samples in a row). With
 //! STRATEGY_EXACT those that follow each other into one record are summed in registers first.
 //!
-//! Dispatch: ceil(n_rays/16)² workgroups, one for 16 × 16 rays; `inject_samples`: ceil(n_samples/256).
+//! Dispatch: ceil(n_rays/32)² workgroups, one for 32 × 32 rays; `inject_samples`: ceil(n_samples/1024).
 //! Workgroup memory: none.
 
 #import lucerna::camera::primary_ray::{Camera, primary_ray}
@@ -40,9 +40,9 @@
 
 const WORKGROUP: u32 = 8u;
 /// Rays of an invocation along each axis.
-const RUN_SIDE: u32 = 2u;
+const RUN_SIDE: u32 = 4u;
 /// Samples of an invocation.
-const RUN: u32 = 4u;
+const RUN: u32 = 16u;
 const_assert RUN == RUN_SIDE * RUN_SIDE;
 // Sums of 2³² − 1 samples fit 64 bits.
 const_assert QUANTA_MAX < 4294967296.0;
