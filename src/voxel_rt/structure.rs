@@ -31,13 +31,11 @@ pub fn sparse_grid(
     for (ix, entry) in structure.iter_mut().enumerate() {
         entry[1] = slots.len() as u32;
         let ix = ix as u32;
-        let corner = UVec3::new(
-            ix % bricks.x,
-            ix / bricks.x % bricks.y,
-            ix / (bricks.x * bricks.y),
-        ) * BRICK;
+        let corner =
+            UVec3::new(ix % bricks.x, ix / bricks.x % bricks.y, ix / (bricks.x * bricks.y)) * BRICK;
         for bit in (0..32).filter(|bit| entry[0] & (1 << bit) != 0) {
-            let inside = UVec3::new(bit % BRICK.x, bit / BRICK.x % BRICK.y, bit / (BRICK.x * BRICK.y));
+            let inside =
+                UVec3::new(bit % BRICK.x, bit / BRICK.x % BRICK.y, bit / (BRICK.x * BRICK.y));
             let cell = corner + inside;
             slots.push([cell.x | cell.y << 10 | cell.z << 20, 0]);
         }

@@ -145,8 +145,8 @@ impl VoxelIrradiance {
     ) -> Result<Self, VoxelRtError> {
         check_grid(&grid, structure)?;
         let n_records = u64::from(grid.capacity) * u64::from(grid.n_faces);
-        let words = u64::from(wgsl::HEAD_WORDS)
-            + n_records * u64::from(strategy.words_per_record());
+        let words =
+            u64::from(wgsl::HEAD_WORDS) + n_records * u64::from(strategy.words_per_record());
         let buffer = |what, bytes, usage| storage(gpu, what, bytes, usage);
         Ok(Self {
             grid,

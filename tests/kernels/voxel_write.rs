@@ -251,7 +251,13 @@ fn faces_are_chosen_by_the_squares_of_the_normal() {
 }
 
 /// Accumulators after `inject_samples` alone, from the words that stood there before.
-fn raw(strategy: WriteStrategy, before: &[u32], n_records: u32, samples: &[VoxelSample], scale: f32) -> Vec<u32> {
+fn raw(
+    strategy: WriteStrategy,
+    before: &[u32],
+    n_records: u32,
+    samples: &[VoxelSample],
+    scale: f32,
+) -> Vec<u32> {
     let gpu = gpu();
     let text = lucerna::kernels()
         .iter()
@@ -292,7 +298,8 @@ fn raw(strategy: WriteStrategy, before: &[u32], n_records: u32, samples: &[Voxel
     injection.n_samples = samples.len() as u32;
     injection.quanta_per_unit = scale;
     injection.unorm_per_unit = 1.0;
-    let (grid, injection) = (uniform(bytemuck::bytes_of(&grid)), uniform(bytemuck::bytes_of(&injection)));
+    let (grid, injection) =
+        (uniform(bytemuck::bytes_of(&grid)), uniform(bytemuck::bytes_of(&injection)));
     let (accumulators, samples_buffer) =
         (storage(bytemuck::cast_slice(before)), storage(bytemuck::cast_slice(samples)));
     let group = |ix, entries: &[(u32, &wgpu::Buffer)]| {
@@ -406,7 +413,12 @@ struct Rig {
 }
 
 impl Rig {
-    fn new(scene: &Scene, grid: VoxelGrid, structure: &[[u32; 2]], strategy: WriteStrategy) -> Self {
+    fn new(
+        scene: &Scene,
+        grid: VoxelGrid,
+        structure: &[[u32; 2]],
+        strategy: WriteStrategy,
+    ) -> Self {
         Self::with_rays(scene, grid, structure, strategy, RaySource::Software)
     }
 
@@ -527,7 +539,10 @@ fn the_exact_average_is_exact_in_any_order() {
                 let expected = sum[k] / f64::from(*count);
                 let error = (f64::from(mean[k]) - expected).abs();
                 let quantum = 1024.0 / 2f64.powi(32);
-                assert!(error <= 0.5 * quantum + 6e-7 * expected, "record {ix}: {mean:?} {expected}");
+                assert!(
+                    error <= 0.5 * quantum + 6e-7 * expected,
+                    "record {ix}: {mean:?} {expected}"
+                );
                 assert!(error <= 1.01e-4 * expected, "record {ix}: {mean:?} {expected}");
             }
         }
@@ -576,7 +591,8 @@ fn over_cell(cell: UVec3, at: impl Fn(DVec3) -> (f64, f64)) -> (f64, f64) {
     const N: u32 = 24;
     let (mut weights, mut sum, mut squares) = (0.0, 0.0, 0.0);
     for k in 0..N * N {
-        let place = |c: u32, k: u32| -4.0 + 0.25 * (f64::from(c) + (f64::from(k) + 0.5) / f64::from(N));
+        let place =
+            |c: u32, k: u32| -4.0 + 0.25 * (f64::from(c) + (f64::from(k) + 0.5) / f64::from(N));
         let (value, weight) = at(DVec3::new(place(cell.x, k % N), 0.1, place(cell.z, k / N)));
         weights += weight;
         sum += weight * value;
@@ -592,7 +608,12 @@ fn over_cell(cell: UVec3, at: impl Fn(DVec3) -> (f64, f64)) -> (f64, f64) {
 /// Compares the +Y records with the cell means. `at`: value and density of samples at a place.
 /// Tolerance: 6 standard errors, where stratified samples have less than random ones, and 1e-4 for
 /// the integral over the cell by 24² midpoints. Cells with less than 20 samples say too little.
-fn check_plane(rig: &Rig, means: &[[f32; 4]], noise: f64, at: impl Fn(DVec3) -> (f64, f64)) -> usize {
+fn check_plane(
+    rig: &Rig,
+    means: &[[f32; 4]],
+    noise: f64,
+    at: impl Fn(DVec3) -> (f64, f64),
+) -> usize {
     let n_faces = rig.volume.grid().n_faces as usize;
     let mut n_checked = 0;
     let mut failures = Vec::new();
@@ -607,7 +628,8 @@ fn check_plane(rig: &Rig, means: &[[f32; 4]], noise: f64, at: impl Fn(DVec3) -> 
             continue;
         }
         n_checked += 1;
-        let error = 6.0 * (deviation + noise * expected) / f64::from(mean[3]).sqrt() + 1e-4 * expected;
+        let error =
+            6.0 * (deviation + noise * expected) / f64::from(mean[3]).sqrt() + 1e-4 * expected;
         for channel in 0..3 {
             let scale = [1.0, 0.5, 0.25][channel];
             let off = f64::from(mean[channel]) - scale * expected;
@@ -630,8 +652,7 @@ fn point_irradiance(at: DVec3) -> f64 {
 }
 
 fn point_scene() -> Scene {
-    let light =
-        Light::Point { position: LIGHT.as_vec3(), intensity: 12.0 * COLOR, range: None };
+    let light = Light::Point { position: LIGHT.as_vec3(), intensity: 12.0 * COLOR, range: None };
     Scene { lights: vec![light], ..plane_scene() }
 }
 
@@ -847,7 +868,11 @@ fn an_emissive_quads_energy_arrives() {
     let at = |x: f64, z: f64| {
         let mut sum = 0.0;
         for k in 0..400 {
-            let y = DVec3::new(1.15 + (k % 20) as f64 / 20.0 + 0.025, 2.625, 1.15 + (k / 20) as f64 / 20.0 + 0.025);
+            let y = DVec3::new(
+                1.15 + (k % 20) as f64 / 20.0 + 0.025,
+                2.625,
+                1.15 + (k / 20) as f64 / 20.0 + 0.025,
+            );
             let d = y - DVec3::new(x, 0.15, z);
             sum += d.y * d.y / d.length_squared().powi(2) / 400.0;
         }

@@ -72,12 +72,8 @@ fn measure_one(
     let structure = buffer(gpu, bytemuck::cast_slice(&structure));
     let sample_buffer = buffer(gpu, bytemuck::cast_slice(&samples));
     let largest_irradiance = largest_irradiance(light, grid.cell);
-    let traced = Injection {
-        source: InjectionSource::Light(0),
-        n_rays,
-        seed: 1,
-        largest_irradiance,
-    };
+    let traced =
+        Injection { source: InjectionSource::Light(0), n_rays, seed: 1, largest_irradiance };
     let written = Injection {
         source: InjectionSource::Samples(&sample_buffer, samples.len() as u32),
         ..traced
