@@ -21,7 +21,8 @@ pub enum InjectionSource<'a> {
     Extended,
     /// Rays of a camera, with one shadow ray each to a light of any kind.
     Camera(&'a Camera),
-    /// Samples that are there: a storage buffer of [`super::VoxelSample`], and how many.
+    /// Samples that are there: a storage buffer of [`super::VoxelSample`], and how many; at most
+    /// 65 535 · 1024. (Recording makes a bind group for the buffer; nothing else allocates.)
     Samples(&'a wgpu::Buffer, u32),
 }
 
@@ -132,7 +133,7 @@ impl VoxelInjector {
         }
     }
 
-    /// Records the injections in one pass. Afterwards the volume's means are the sums of theirs, and
+    /// Records the injections in one pass (none: the means stay). Afterwards the volume's means are the sums of theirs, and
     /// what they were before is gone. The settings are written when the queue is next
     /// submitted to: record no second time before that.
     ///
