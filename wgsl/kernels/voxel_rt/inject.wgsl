@@ -39,7 +39,7 @@
 #import lucerna::voxel::grid::{VoxelGrid, grid_from_world, is_inside}
 
 const WORKGROUP: u32 = 8u;
-/// Rays of an invocation along each axis.
+/// Rays of an invocation along each axis: more make fewer writes and fewer invocations.
 const RUN_SIDE: u32 = 4u;
 /// Samples of an invocation.
 const RUN: u32 = 16u;
