@@ -3,6 +3,7 @@
 mod rays;
 mod reference;
 mod room;
+mod voxel_write;
 mod voxelize;
 
 use super::CommandResult;
@@ -23,6 +24,9 @@ pub struct BenchArguments {
     /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
     #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
     camera: Option<CameraChoice>,
+    /// voxel-write: small sizes only.
+    #[arg(long)]
+    quick: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -38,6 +42,9 @@ enum Group {
     Reference,
     /// Voxelizing by compute and by the rasteriser, and the share of voxels that is missed.
     Voxelize,
+    /// How irradiance is written into voxels: store, moving average, max, exact (only by name: it
+    /// takes minutes).
+    VoxelWrite,
 }
 
 /// One line of a table.
@@ -68,6 +75,10 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
     }
     if wants(Group::Voxelize) {
         groups.push(("voxelize", voxelize::measure(&gpu, &scene, source)?));
+    }
+    if arguments.group == Some(Group::VoxelWrite) {
+        let rows = voxel_write::measure(&gpu, &scene, source, arguments.quick)?;
+        groups.push(("voxel-write", rows));
     }
     if arguments.json {
         let json = serde_json::json!({

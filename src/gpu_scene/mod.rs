@@ -299,6 +299,12 @@ impl GpuScene {
         self.brightest
     }
 
+    /// Of these, emissive triangles and the sky; the others are the scene's lights without extent, in
+    /// their order.
+    pub fn n_extended_lights(&self) -> u32 {
+        self.info.n_hittable_lights
+    }
+
     /// Triangles left out because they have no area or lie too far from the origin for f32.
     pub fn skipped_triangles(&self) -> usize {
         self.skipped_triangles

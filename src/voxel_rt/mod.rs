@@ -9,12 +9,18 @@
 //!  when something moved     keeps what     rays from the faces of       G-buffer → indirect
 //!  or the grid scrolled     is known       voxels, n bounces            radiance
 //! ```
+//!
+//! Apart from that, [`VoxelInjector`] deposits irradiance by rays from lights or the camera, as the source
+//! does, with one of four [`WriteStrategy`]s; [`VoxelRt`] does not use it yet.
 
 mod carry;
 mod gather;
+mod inject;
 mod settings;
 mod shade;
+mod structure;
 mod walls;
+mod write;
 
 use crate::bindings::baseline::kernels::voxel_rt::gather as kernel;
 use crate::bindings::baseline::lucerna::voxel::levels::{VoxelLevel, VoxelLevels};
@@ -29,12 +35,16 @@ use crate::voxel::{
 use glam::{IVec3, UVec3, Vec3};
 use std::mem::offset_of;
 
+pub use crate::bindings::baseline::kernels::voxel_rt::inject::{RUN_SIDE, VoxelSample};
 pub use crate::bindings::baseline::lucerna::voxel_rt::cache::FaceLight;
 pub use carry::{CarryBuffers, CarryInfo, CarryPass};
 pub use gather::{GatherBuffers, GatherInfo, GatherPass};
+pub use inject::{Injection, InjectionSource, VoxelInjector, largest_irradiance};
 pub use settings::{Bounces, Lookup, VoxelRtSettings};
 pub use shade::{ShadeBuffers, ShadePass};
+pub use structure::sparse_grid;
 pub use walls::{WallsBuffers, WallsPass};
+pub use write::{InjectError, RejectedSamples, VoxelIrradiance, WriteStrategy};
 
 /// `voxel-rt` could not be set up.
 #[derive(Debug, thiserror::Error)]

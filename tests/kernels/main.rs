@@ -14,4 +14,5 @@ mod statistics;
 mod texture_oracle;
 mod voxel;
 mod voxel_attributes;
+mod voxel_write;
 mod voxelize;

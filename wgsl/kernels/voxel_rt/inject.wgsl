@@ -2,9 +2,10 @@
 //! Traces rays from a light or from the camera and deposits the irradiance at their hits into voxels.
 //!
 //! `inject_light`: rays leave the light; at the first hit E = I·cosθ/d² (point, spot) or
-//! E = E⊥·cosθ (directional), as in the source of `voxel-rt`. Of extended lights (emissive triangles
-//! and the sky, all at once) the ray only chooses the place: E there comes from one light drawn
-//! afresh with a shadow ray, for which no area of the voxel's surface need be known.
+//! E = E⊥·cosθ (directional), as in the source of `voxel-rt`.
+//! `inject_extended`: rays leave the emissive triangles and the sky, all at once. The ray only
+//! chooses the place: E there comes from one light drawn afresh with a shadow ray, for which no area of
+//! the voxel's surface need be known (a photon estimate would need it).
 //! `inject_camera`: rays leave the camera; E at the first hit comes from one drawn light of any kind
 //! with a shadow ray.
 //! `inject_samples`: values whose records are known already.
@@ -17,7 +18,7 @@
 //! Each invocation takes RUN_SIDE × RUN_SIDE neighbouring rays (or RUN samples in a row). With
 //! STRATEGY_EXACT those that follow each other into one record are summed in registers first.
 //!
-//! Dispatch: ceil(n_rays/16)² workgroups, one for 16 × 16 rays; `inject_samples`: ceil(n_samples/256).
+//! Dispatch: ceil(n_rays/32)² workgroups, one for 32 × 32 rays; `inject_samples`: ceil(n_samples/1024).
 //! Workgroup memory: none.
 
 #import lucerna::camera::primary_ray::{Camera, primary_ray}
@@ -29,26 +30,25 @@
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::sampling::pcg::random_vec4
 #import lucerna::sampling::stratified::stratified_number
-#import lucerna::voxel::accumulator::{STRATEGY_MOVING_AVERAGE, STRATEGY_MAX, STRATEGY_EXACT}
+#import lucerna::voxel::accumulator::{STRATEGY_STORE, STRATEGY_MOVING_AVERAGE, STRATEGY_MAX, STRATEGY_EXACT}
 #import lucerna::voxel::accumulator::{HEAD_WORDS, HEAD_REJECTED, HEAD_CLAMPED, HEAD_OUTSIDE, EXACT_WORDS, EXACT_COUNT, EXACT_HIGH}
-#import lucerna::voxel::average::{WideSum, SAMPLE_FINE, SAMPLE_REJECTED}
+#import lucerna::voxel::average::{WideSum, QUANTA_MAX, SAMPLE_FINE, SAMPLE_REJECTED}
 #import lucerna::voxel::average::{check_sample, quantise, add_to_sum, carry_of, pack_average, moving_average_step, PACKED_COUNT_MAX}
 #import lucerna::voxel::bricks::{NO_SLOT, brick_of_cell, bit_of_cell, slot_of_bit}
 #import lucerna::voxel::face_choice::choose_face
 #import lucerna::voxel::grid::{VoxelGrid, grid_from_world, is_inside}
 
 const WORKGROUP: u32 = 8u;
-/// Rays of an invocation along each axis.
-const RUN_SIDE: u32 = 2u;
+/// Rays of an invocation along each axis: more make fewer writes and fewer invocations.
+const RUN_SIDE: u32 = 4u;
 /// Samples of an invocation.
-const RUN: u32 = 4u;
+const RUN: u32 = 16u;
 const_assert RUN == RUN_SIDE * RUN_SIDE;
+// Sums of 2³² − 1 samples fit 64 bits.
+const_assert QUANTA_MAX < 4294967296.0;
 
 /// Chosen when the pipeline is made: the others' code drops out.
 override STRATEGY: u32 = 3u;
-
-/// `Injection.light`: all emissive triangles and the sky.
-const LIGHT_EXTENDED: u32 = 0xffffffffu;
 
 /// One dispatch.
 struct Injection {
@@ -57,7 +57,7 @@ struct Injection {
     n_rays: u32,
     /// Stream of random numbers.
     seed: u32,
-    /// Of `inject_light`: index of a punctual light, or LIGHT_EXTENDED.
+    /// Of `inject_light`: index of a punctual light. Part of the random numbers' stream in all.
     light: u32,
     n_samples: u32,
     /// See `lucerna::voxel::average`; a power of two.
@@ -157,7 +157,7 @@ fn deposit(run: ptr<function, Run>, sample: VoxelSample) {
         average_by_compare_and_swap(ix, value_unorm);
     } else if STRATEGY == STRATEGY_MAX {
         atomicMax(&accumulators[ix], pack_average(value_unorm, PACKED_COUNT_MAX));
-    } else {
+    } else if STRATEGY == STRATEGY_STORE {
         atomicStore(&accumulators[ix], pack_average(value_unorm, PACKED_COUNT_MAX));
     }
 }
@@ -224,34 +224,52 @@ fn drawn_irradiance(surface: Surface, side: SeenSide, u: vec4<f32>, extended_onl
     return select(light.weight * cosine, vec3<f32>(0.0), any_hit(shadow));
 }
 
+/// The k-th ray of an invocation; it may lie beyond the square.
+fn ray_of_run(id: vec3<u32>, k: u32) -> vec2<u32> {
+    return id.xy * RUN_SIDE + vec2<u32>(k % RUN_SIDE, k / RUN_SIDE);
+}
+
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn inject_light(@builtin(global_invocation_id) id: vec3<u32>) {
-    let is_extended = injection.light == LIGHT_EXTENDED;
     var run = start_run();
     for (var k = 0u; k < RUN; k++) {
-        let ray = id.xy * RUN_SIDE + vec2<u32>(k % RUN_SIDE, k / RUN_SIDE);
+        let ray = ray_of_run(id, k);
         if any(ray >= vec2<u32>(injection.n_rays)) {
             continue;
         }
         let random = random_of_ray(ray, 0u);
-        let at = square_point(ray, random.xy);
-        var path = punctual_ray(select(injection.light, 0u, is_extended), at);
-        if is_extended {
-            path = extended_ray(vec4<f32>(at, random.zw), random_of_ray(ray, 1u));
-        }
+        let path = punctual_ray(injection.light, square_point(ray, random.xy));
         let hit = nearest_hit(Ray(path.origin, 0.0, path.direction, FLOAT_MAX));
         if hit_is_miss(hit) {
             continue;
         }
         let surface = surface_at(hit.triangle, hit.barycentrics);
         let side = seen_side(surface, path.direction);
-        var value: vec3<f32>;
-        if is_extended {
-            value = drawn_irradiance(surface, side, random_of_ray(ray, 2u), true);
-        } else {
-            let light = punctual_irradiance(injection.light, surface.position);
-            value = light.normal_irradiance * max(dot(side.shading_normal, light.to_light), 0.0);
+        let light = punctual_irradiance(injection.light, surface.position);
+        let value = light.normal_irradiance * max(dot(side.shading_normal, light.to_light), 0.0);
+        deposit(&run, VoxelSample(value, record_of(surface.position, side.geometric_normal, random.z)));
+    }
+    end_run(run);
+}
+
+@compute @workgroup_size(WORKGROUP, WORKGROUP)
+fn inject_extended(@builtin(global_invocation_id) id: vec3<u32>) {
+    var run = start_run();
+    for (var k = 0u; k < RUN; k++) {
+        let ray = ray_of_run(id, k);
+        if any(ray >= vec2<u32>(injection.n_rays)) {
+            continue;
         }
+        let random = random_of_ray(ray, 0u);
+        let place = vec4<f32>(square_point(ray, random.xy), random.zw);
+        let path = extended_ray(place, random_of_ray(ray, 1u));
+        let hit = nearest_hit(Ray(path.origin, 0.0, path.direction, FLOAT_MAX));
+        if hit_is_miss(hit) {
+            continue;
+        }
+        let surface = surface_at(hit.triangle, hit.barycentrics);
+        let side = seen_side(surface, path.direction);
+        let value = drawn_irradiance(surface, side, random_of_ray(ray, 2u), true);
         let face_random = random_of_ray(ray, 3u).x;
         deposit(&run, VoxelSample(value, record_of(surface.position, side.geometric_normal, face_random)));
     }
@@ -262,7 +280,7 @@ fn inject_light(@builtin(global_invocation_id) id: vec3<u32>) {
 fn inject_camera(@builtin(global_invocation_id) id: vec3<u32>) {
     var run = start_run();
     for (var k = 0u; k < RUN; k++) {
-        let ray = id.xy * RUN_SIDE + vec2<u32>(k % RUN_SIDE, k / RUN_SIDE);
+        let ray = ray_of_run(id, k);
         if any(ray >= vec2<u32>(injection.n_rays)) {
             continue;
         }

@@ -51,9 +51,14 @@ fn take_exact(record: u32) -> vec4<f32> {
         accumulators[at + EXACT_HIGH + 1u],
         accumulators[at + EXACT_HIGH + 2u],
     );
-    for (var word = 0u; word < EXACT_WORDS; word++) {
-        accumulators[at + word] = 0u;
+    // Most sums stay below 2³²: what is zero already need not be written.
+    for (var channel = 0u; channel < 3u; channel++) {
+        accumulators[at + channel] = 0u;
+        if high[channel] != 0u {
+            accumulators[at + EXACT_HIGH + channel] = 0u;
+        }
     }
+    accumulators[at + EXACT_COUNT] = 0u;
     return vec4<f32>(mean_of_sum(WideSum(low, high), count, resolution.quantum), f32(count));
 }
 
