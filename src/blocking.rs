@@ -210,6 +210,9 @@ pub enum FramesError {
     /// The device was lost.
     #[error(transparent)]
     Lost(#[from] LostGpu),
+    /// The technique cannot go on.
+    #[error(transparent)]
+    Technique(Box<dyn std::error::Error + Send + Sync>),
 }
 
 /// Renders frames of a still camera, one submission each, and returns the passes with the
@@ -219,12 +222,12 @@ pub enum FramesError {
 ///
 /// # Errors
 /// [`FramesError`]
-pub fn render_frames(
+pub fn render_frames<T: Technique>(
     gpu: &Gpu,
     scene: &GpuScene,
     camera: &Camera,
     what: &FramesToRender,
-    technique: &mut impl Technique,
+    technique: &mut T,
     mut keep_going: impl FnMut(Progress) -> bool,
 ) -> Result<(FramePasses, FrameStats), FramesError> {
     let mut passes = FramePasses::new(gpu, scene, what.size, what.direct)?;
@@ -238,7 +241,7 @@ pub fn render_frames(
         view.advance(gpu, scene, camera, &what.view);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let frame = &mut Frame { gpu, encoder: &mut encoder, scene, view: &view, timers: None };
-        technique.update(frame);
+        technique.update(frame).map_err(|error| FramesError::Technique(error.into()))?;
         gpu.queue.submit([encoder.finish()]);
         wait(gpu)?;
         if !keep_going(Progress { done, total }) {
@@ -254,7 +257,9 @@ pub fn render_frames(
         }
         let mut frame =
             Frame { gpu, encoder: &mut encoder, scene, view: &view, timers: timers.as_mut() };
-        passes.record(&mut frame, technique);
+        passes
+            .record(&mut frame, technique)
+            .map_err(|error| FramesError::Technique(error.into()))?;
         if let Some(timers) = &timers {
             timers.resolve(&mut encoder);
         }

@@ -1,6 +1,7 @@
-//! What every compute pass does alike: compile a kernel, dispatch in two dimensions.
+//! What every pass does alike: compile a kernel, make its buffers, dispatch in two dimensions.
 
-use crate::gpu::Gpu;
+use crate::bindings::baseline::lucerna::math::dispatch::DISPATCH_ROW;
+use crate::gpu::{Gpu, GpuError};
 use crate::modules::shader_module;
 
 /// A kernel's only entry point as a pipeline. `layouts`: of groups 0 on; None where the kernel asks
@@ -39,4 +40,28 @@ pub(crate) fn buffer(
         usage,
         mapped_at_creation: false,
     })
+}
+
+/// A storage buffer that can be copied from, zeroed. `usage`: what it is used for besides; `advice`: what
+/// to do where the device does not bind as much ([`GpuError::TooLarge`]).
+pub(crate) fn storage_buffer(
+    gpu: &Gpu,
+    what: &'static str,
+    bytes: u64,
+    usage: wgpu::BufferUsages,
+    advice: &'static str,
+) -> Result<wgpu::Buffer, GpuError> {
+    let limits = gpu.device.limits();
+    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if bytes > limit {
+        return Err(GpuError::TooLarge { what, bytes, limit, advice });
+    }
+    let usage = usage | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+    Ok(buffer(gpu, what, bytes, usage))
+}
+
+/// Dispatches `n` invocations in rows, as `dispatch_of_groups` of `wgsl/math/dispatch.wgsl` does.
+pub(crate) fn dispatch(pass: &mut wgpu::ComputePass, n: u32, workgroup: u32) {
+    let groups = n.div_ceil(workgroup);
+    pass.dispatch_workgroups(groups.min(DISPATCH_ROW), groups.div_ceil(DISPATCH_ROW), 1);
 }

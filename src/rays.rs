@@ -3,7 +3,7 @@
 use crate::bindings::baseline::kernels::rays::{any_hit, nearest_hit};
 use crate::gpu::Gpu;
 use crate::gpu_scene::GpuScene;
-use crate::modules::shader_module;
+use crate::pass::compute_pipeline;
 use wgpu::util::DeviceExt;
 
 pub use crate::bindings::host::rays::{Hit, Ray};
@@ -32,32 +32,16 @@ impl RayKernel {
     /// same variant.
     pub fn new(gpu: &Gpu, scene: &GpuScene, question: RayQuestion) -> Self {
         let device = &gpu.device;
-        let (name, layout, entry) = match question {
-            RayQuestion::Nearest => (
-                "rays/nearest_hit",
-                nearest_hit::WgpuBindGroup1::get_bind_group_layout(device),
-                nearest_hit::ENTRY_MAIN,
-            ),
-            RayQuestion::Any => (
-                "rays/any_hit",
-                any_hit::WgpuBindGroup1::get_bind_group_layout(device),
-                any_hit::ENTRY_MAIN,
-            ),
+        let (name, layout) = match question {
+            RayQuestion::Nearest => {
+                ("rays/nearest_hit", nearest_hit::WgpuBindGroup1::get_bind_group_layout(device))
+            }
+            RayQuestion::Any => {
+                ("rays/any_hit", any_hit::WgpuBindGroup1::get_bind_group_layout(device))
+            }
         };
-        let module = shader_module(gpu, name, scene.variant());
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(name),
-            bind_group_layouts: &[Some(scene.layout()), Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let layouts = [Some(scene.layout()), Some(&layout)];
+        let pipeline = compute_pipeline(gpu, name, scene.variant(), &layouts);
         Self { pipeline, layout, question, variant: scene.variant() }
     }
 

@@ -6,7 +6,7 @@ use super::{BindGroupCache, Frame, GBuffer};
 use crate::bindings::baseline::kernels::frame::composite as kernel;
 use crate::gpu::Gpu;
 use crate::gpu_scene::GpuScene;
-use crate::modules::shader_module;
+use crate::pass::compute_pipeline;
 use crate::reference::Film;
 use glam::UVec2;
 
@@ -77,19 +77,8 @@ impl CompositePass {
         let name = "frame/composite";
         let device = &gpu.device;
         let layout = kernel::WgpuBindGroup1::get_bind_group_layout(device);
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(name),
-            bind_group_layouts: &[Some(scene.layout()), Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: Some(&pipeline_layout),
-            module: &shader_module(gpu, name, scene.variant()),
-            entry_point: Some(kernel::ENTRY_MAIN),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let layouts = [Some(scene.layout()), Some(&layout)];
+        let pipeline = compute_pipeline(gpu, name, scene.variant(), &layouts);
         Self {
             pipeline,
             layout,

@@ -6,7 +6,7 @@ use crate::bindings::baseline::kernels::frame::direct as kernel;
 use crate::bindings::baseline::lucerna::frame::direct_light::DirectSettings as Uniform;
 use crate::gpu::Gpu;
 use crate::gpu_scene::GpuScene;
-use crate::modules::shader_module;
+use crate::pass::compute_pipeline;
 use glam::UVec2;
 use wgpu::util::DeviceExt;
 
@@ -46,19 +46,8 @@ impl DirectPass {
         let name = "frame/direct";
         let device = &gpu.device;
         let layout = kernel::WgpuBindGroup1::get_bind_group_layout(device);
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(name),
-            bind_group_layouts: &[Some(scene.layout()), Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: Some(&pipeline_layout),
-            module: &shader_module(gpu, name, scene.variant()),
-            entry_point: Some(kernel::ENTRY_MAIN),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let layouts = [Some(scene.layout()), Some(&layout)];
+        let pipeline = compute_pipeline(gpu, name, scene.variant(), &layouts);
         let settings = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("direct settings"),
             contents: bytemuck::bytes_of(&Uniform {
@@ -140,8 +129,8 @@ impl DirectPass {
     }
 }
 
-/// A texture for radiance that kernels write and read.
-pub(super) fn radiance_target(gpu: &Gpu, label: &str, size: UVec2) -> wgpu::TextureView {
+/// A texture for radiance that kernels write and read: `rgba32float`.
+pub(crate) fn radiance_target(gpu: &Gpu, label: &str, size: UVec2) -> wgpu::TextureView {
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: extent(size),

@@ -33,6 +33,7 @@ use crate::gpu_scene::GpuScene;
 
 pub use bind_groups::BindGroupCache;
 pub use composite::{Accumulator, CompositePass};
+pub(crate) use direct::radiance_target;
 pub use direct::{DirectPass, DirectSettings};
 pub use gbuffer::{GBuffer, GBufferPass};
 pub use timers::PassTimers;
@@ -56,9 +57,15 @@ pub struct Frame<'a> {
 ///
 /// A technique is made by a function of its own (`new(&Gpu, &GpuScene, Settings)`).
 pub trait Technique {
+    /// Why a frame could not be recorded.
+    type Error: std::error::Error + Send + Sync + 'static;
+
     /// Brings up to date what the technique keeps between frames: injects, gathers, bounces. Called
     /// once a frame, before the G-buffer is read.
-    fn update(&mut self, frame: &mut Frame);
+    ///
+    /// # Errors
+    /// The technique does not fit the scene any more. What was recorded until then does no harm.
+    fn update(&mut self, frame: &mut Frame) -> Result<(), Self::Error>;
 
     /// Records indirect light of every pixel and returns where it will stand: a texture of the
     /// picture's size, `rgba16float` or `rgba32float`, rgb: radiance that the surface reflects
@@ -75,7 +82,11 @@ pub trait Technique {
 pub struct NoIndirect;
 
 impl Technique for NoIndirect {
-    fn update(&mut self, _frame: &mut Frame) {}
+    type Error = std::convert::Infallible;
+
+    fn update(&mut self, _frame: &mut Frame) -> Result<(), Self::Error> {
+        Ok(())
+    }
 
     fn shade(&mut self, _frame: &mut Frame, _gbuffer: &GBuffer) -> Option<wgpu::TextureView> {
         None
@@ -117,11 +128,18 @@ impl FramePasses {
 
     /// Records one frame and adds it to the accumulator.
     ///
+    /// # Errors
+    /// Those of [`Technique::update`].
+    ///
     /// # Panics
     /// If the view's size is another than the targets', or the scene's variant another than the one
     /// that the passes were compiled for.
-    pub fn record(&mut self, frame: &mut Frame, technique: &mut impl Technique) {
-        technique.update(frame);
+    pub fn record<T: Technique>(
+        &mut self,
+        frame: &mut Frame,
+        technique: &mut T,
+    ) -> Result<(), T::Error> {
+        technique.update(frame)?;
         self.gbuffer_pass.record(frame, &self.gbuffer);
         self.direct.record(frame, &self.gbuffer);
         let indirect = technique.shade(frame, &self.gbuffer);
@@ -132,5 +150,6 @@ impl FramePasses {
             indirect.as_ref(),
             &mut self.accumulator,
         );
+        Ok(())
     }
 }

@@ -12,7 +12,7 @@ use crate::bindings::baseline::kernels::reference::path_trace as kernel;
 use crate::bindings::baseline::lucerna::reference::path::PathSettings;
 use crate::gpu::Gpu;
 use crate::gpu_scene::GpuScene;
-use crate::modules::shader_module;
+use crate::pass::compute_pipeline;
 use crate::scene::Camera;
 use glam::UVec2;
 use wgpu::util::DeviceExt;
@@ -61,22 +61,9 @@ impl PathTracer {
     /// Compiles the kernel in the scene's [variant](GpuScene::variant); it serves every scene of the
     /// same variant.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Self {
-        let device = &gpu.device;
-        let module = shader_module(gpu, "reference/path_trace", scene.variant());
-        let layout = kernel::WgpuBindGroup1::get_bind_group_layout(device);
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("reference/path_trace"),
-            bind_group_layouts: &[Some(scene.layout()), Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("reference/path_trace"),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some(kernel::ENTRY_MAIN),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let layout = kernel::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
+        let layouts = [Some(scene.layout()), Some(&layout)];
+        let pipeline = compute_pipeline(gpu, "reference/path_trace", scene.variant(), &layouts);
         Self { pipeline, layout, variant: scene.variant() }
     }
 

@@ -1,12 +1,13 @@
 //! What the voxels look like: the kernels `voxel/accumulate` and `voxel/resolve`.
 
-use super::dispatch::{buffer, dispatch, pipeline};
+use super::ADVICE;
 use super::grid::{MAX_BINDING, RECORD_BYTES, VoxelError};
 use super::voxelize::{Triangles, Voxelizer, uniform};
 use crate::bindings::baseline::kernels::voxel::{accumulate, resolve};
 use crate::bindings::baseline::lucerna::voxel::attributes::N_SUMS;
 use crate::gpu::Gpu;
 use crate::gpu_scene::GpuScene;
+use crate::pass::{compute_pipeline, dispatch, storage_buffer};
 
 /// Records of the faces of a [`Voxelizer`]'s voxels.
 ///
@@ -56,9 +57,10 @@ impl VoxelAttributes {
         let voxel_bytes = u64::from(N_SUMS) * 8 * u64::from(grid.n_faces);
         let scratch = scratch.min(device.limits().max_storage_buffer_binding_size);
         let n_slots = (scratch / voxel_bytes).clamp(1, u64::from(grid.capacity)) as u32;
-        let sums = buffer(gpu, "voxel sums", u64::from(n_slots) * voxel_bytes, none)?;
+        let sums =
+            storage_buffer(gpu, "voxel sums", u64::from(n_slots) * voxel_bytes, none, ADVICE)?;
         let record_bytes = RECORD_BYTES * u64::from(grid.n_faces) * u64::from(grid.capacity);
-        let records = buffer(gpu, "voxel records", record_bytes, none)?;
+        let records = storage_buffer(gpu, "voxel records", record_bytes, none, ADVICE)?;
         let accumulate_layout = accumulate::WgpuBindGroup1::get_bind_group_layout(device);
         let resolve_layout = resolve::WgpuBindGroup1::get_bind_group_layout(device);
         let ranges = (0..grid.capacity)
@@ -106,8 +108,13 @@ impl VoxelAttributes {
         // Without textures the kernel is smaller; ray queries it does not ask.
         let variant = if scene.variant() == "untextured" { "untextured" } else { "" };
         Ok(Self {
-            accumulate: pipeline(gpu, "voxel/accumulate", variant, seam, &accumulate_layout),
-            resolve: pipeline(gpu, "voxel/resolve", "", None, &resolve_layout),
+            accumulate: compute_pipeline(
+                gpu,
+                "voxel/accumulate",
+                variant,
+                &[seam, Some(&accumulate_layout)],
+            ),
+            resolve: compute_pipeline(gpu, "voxel/resolve", "", &[None, Some(&resolve_layout)]),
             ranges,
             records,
         })

@@ -4,11 +4,13 @@
 //! voxels look like. Everything stays on the GPU.
 
 mod attributes;
-mod dispatch;
 mod grid;
 mod raster;
 mod scan;
 mod voxelize;
+
+/// Said where a buffer of the voxelizer is too large.
+const ADVICE: &str = "use fewer cells, a smaller capacity, or a smaller scene";
 
 pub use attributes::VoxelAttributes;
 pub use grid::{

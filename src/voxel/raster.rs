@@ -1,7 +1,7 @@
 //! Voxelizing by the rasteriser, as the source of `voxel-rt` does and proposes; to compare
 //! [`Voxelizer`](super::Voxelizer) with, which is exact.
 
-use super::dispatch::{buffer, dispatch, pipeline};
+use super::ADVICE;
 use super::grid::{VoxelError, VoxelGrid, n_bricks};
 use super::voxelize::uniform;
 use crate::bindings::baseline::kernels::voxel::{
@@ -11,6 +11,7 @@ use crate::bindings::baseline::lucerna::voxel::raster::AXIS_DOMINANT;
 use crate::gpu::Gpu;
 use crate::gpu_scene::GpuScene;
 use crate::modules::shader_module;
+use crate::pass::{compute_pipeline, dispatch, storage_buffer};
 
 /// How the rasteriser is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,9 +70,9 @@ impl RasterVoxelizer {
         let none = wgpu::BufferUsages::empty();
         let n_triangles = scene.n_triangles();
         let corner_bytes = CORNER_BYTES * u64::from(n_triangles.max(1));
-        let corners = buffer(gpu, "triangles in cells", corner_bytes, none)?;
+        let corners = storage_buffer(gpu, "triangles in cells", corner_bytes, none, ADVICE)?;
         let bit_bytes = 4 * u64::from(n_bricks(&grid));
-        let bits = buffer(gpu, "bits", bit_bytes, wgpu::BufferUsages::COPY_DST)?;
+        let bits = storage_buffer(gpu, "bits", bit_bytes, wgpu::BufferUsages::COPY_DST, ADVICE)?;
         let grid_buffer = uniform(gpu, "voxel grid", bytemuck::bytes_of(&grid));
         let grid_entry = || grid_buffer.as_entire_buffer_binding();
 
@@ -187,8 +188,12 @@ impl RasterVoxelizer {
                 view_formats: &[],
             })
             .create_view(&Default::default());
-        let corners_pipeline =
-            pipeline(gpu, "voxel/raster_corners", "", Some(scene.layout()), &corners_layout);
+        let corners_pipeline = compute_pipeline(
+            gpu,
+            "voxel/raster_corners",
+            "",
+            &[Some(scene.layout()), Some(&corners_layout)],
+        );
         Ok(Self {
             method,
             corners_pipeline,

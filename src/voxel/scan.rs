@@ -1,8 +1,9 @@
 //! Exclusive prefix sums: the kernels `scan/blocks` and `scan/add`.
 
-use super::dispatch::{buffer, dispatch, pipeline};
+use super::ADVICE;
 use crate::bindings::baseline::kernels::scan::{add, blocks};
 use crate::gpu::{Gpu, GpuError};
+use crate::pass::{compute_pipeline, dispatch, storage_buffer};
 use wgpu::util::DeviceExt;
 
 /// The compiled kernels.
@@ -30,8 +31,8 @@ impl Scan {
     pub fn new(gpu: &Gpu) -> Self {
         let layout = blocks::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
         Self {
-            blocks: pipeline(gpu, "scan/blocks", "", None, &layout),
-            add: pipeline(gpu, "scan/add", "", None, &layout),
+            blocks: compute_pipeline(gpu, "scan/blocks", "", &[None, Some(&layout)]),
+            add: compute_pipeline(gpu, "scan/add", "", &[None, Some(&layout)]),
             layout,
         }
     }
@@ -47,7 +48,8 @@ impl Scan {
         loop {
             let n_blocks = n.div_ceil(blocks::BLOCK).max(1);
             let bytes = u64::from(n_blocks) * 4;
-            let sums = buffer(gpu, "scan sums", bytes, wgpu::BufferUsages::empty())?;
+            let sums =
+                storage_buffer(gpu, "scan sums", bytes, wgpu::BufferUsages::empty(), ADVICE)?;
             let info = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("scan"),
                 contents: bytemuck::bytes_of(&blocks::ScanInfo { n, n_blocks }),

@@ -1,7 +1,7 @@
 //! Occupancy: the kernels `voxel/count_work`, `work_groups`, `mark`, `count_bricks` and
 //! `write_structure`.
 
-use super::dispatch::{buffer, dispatch, pipeline};
+use super::ADVICE;
 use super::grid::{VoxelError, VoxelGrid, n_bricks};
 use super::scan::{Scan, ScanPlan};
 use crate::bindings::baseline::kernels::voxel::{
@@ -9,6 +9,7 @@ use crate::bindings::baseline::kernels::voxel::{
 };
 use crate::gpu::{Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
+use crate::pass::{compute_pipeline, dispatch, storage_buffer};
 use wgpu::util::DeviceExt;
 
 pub use crate::bindings::baseline::lucerna::voxel::counts::VoxelCounts;
@@ -43,7 +44,6 @@ pub(super) struct Work {
     pub(super) first: wgpu::Buffer,
     pub(super) indirect: wgpu::Buffer,
     n_triangles: u32,
-    layout: wgpu::BindGroupLayout,
 }
 
 fn set_of(triangles: Triangles) -> count_work::TriangleSet {
@@ -69,8 +69,9 @@ impl Work {
         let seam = Some(scene.layout());
         let n = scene.n_triangles() + 1;
         let none = wgpu::BufferUsages::empty();
-        let first = buffer(gpu, "voxelizer's work", u64::from(n) * 4, none)?;
-        let indirect = buffer(gpu, "voxelizer's dispatch", 16, wgpu::BufferUsages::INDIRECT)?;
+        let first = storage_buffer(gpu, "voxelizer's work", u64::from(n) * 4, none, ADVICE)?;
+        let indirect =
+            storage_buffer(gpu, "voxelizer's dispatch", 16, wgpu::BufferUsages::INDIRECT, ADVICE)?;
         let scan = Scan::new(gpu);
         let plan = scan.plan(gpu, &first, n)?;
         let count_layout = count_work::WgpuBindGroup1::get_bind_group_layout(device);
@@ -102,8 +103,8 @@ impl Work {
             entries: &entries.into_array(),
         });
         Ok(Self {
-            count: pipeline(gpu, "voxel/count_work", "", seam, &count_layout),
-            groups: pipeline(gpu, "voxel/work_groups", "", seam, &groups_layout),
+            count: compute_pipeline(gpu, "voxel/count_work", "", &[seam, Some(&count_layout)]),
+            groups: compute_pipeline(gpu, "voxel/work_groups", "", &[seam, Some(&groups_layout)]),
             scan,
             plan,
             count_groups,
@@ -111,7 +112,6 @@ impl Work {
             first,
             indirect,
             n_triangles: scene.n_triangles(),
-            layout: scene.layout().clone(),
         })
     }
 
@@ -122,7 +122,7 @@ impl Work {
         scene: &GpuScene,
         triangles: Triangles,
     ) -> Result<(), VoxelError> {
-        if scene.n_triangles() != self.n_triangles || *scene.layout() != self.layout {
+        if scene.n_triangles() != self.n_triangles {
             return Err(VoxelError::OtherScene {
                 expected: self.n_triangles,
                 found: scene.n_triangles(),
@@ -180,14 +180,27 @@ impl Voxelizer {
         let work = Work::new(gpu, scene, &grid_buffer)?;
         let n = u64::from(n_bricks(&grid));
         let bits = [
-            buffer(gpu, "bits of static triangles", n * 4, wgpu::BufferUsages::COPY_DST)?,
-            buffer(gpu, "bits of moving triangles", n * 4, wgpu::BufferUsages::COPY_DST)?,
+            storage_buffer(
+                gpu,
+                "bits of static triangles",
+                n * 4,
+                wgpu::BufferUsages::COPY_DST,
+                ADVICE,
+            )?,
+            storage_buffer(
+                gpu,
+                "bits of moving triangles",
+                n * 4,
+                wgpu::BufferUsages::COPY_DST,
+                ADVICE,
+            )?,
         ];
-        let before = buffer(gpu, "voxels before each brick", (n + 1) * 4, none)?;
+        let before = storage_buffer(gpu, "voxels before each brick", (n + 1) * 4, none, ADVICE)?;
         let structure_bytes = 8 * (n + u64::from(grid.capacity));
-        let structure = buffer(gpu, "voxel structure", structure_bytes, none)?;
+        let structure = storage_buffer(gpu, "voxel structure", structure_bytes, none, ADVICE)?;
         let count_bytes = size_of::<VoxelCounts>() as u64;
-        let counts = buffer(gpu, "voxel counts", count_bytes, wgpu::BufferUsages::INDIRECT)?;
+        let counts =
+            storage_buffer(gpu, "voxel counts", count_bytes, wgpu::BufferUsages::INDIRECT, ADVICE)?;
         let plan = work.scan.plan(gpu, &before, n_bricks(&grid) + 1)?;
 
         let mark_layout = mark::WgpuBindGroup1::get_bind_group_layout(device);
@@ -235,9 +248,19 @@ impl Voxelizer {
         Ok(Self {
             grid,
             grid_buffer,
-            mark: pipeline(gpu, "voxel/mark", "", seam, &mark_layout),
-            count_bricks: pipeline(gpu, "voxel/count_bricks", "", None, &bricks_layout),
-            write_structure: pipeline(gpu, "voxel/write_structure", "", None, &structure_layout),
+            mark: compute_pipeline(gpu, "voxel/mark", "", &[seam, Some(&mark_layout)]),
+            count_bricks: compute_pipeline(
+                gpu,
+                "voxel/count_bricks",
+                "",
+                &[None, Some(&bricks_layout)],
+            ),
+            write_structure: compute_pipeline(
+                gpu,
+                "voxel/write_structure",
+                "",
+                &[None, Some(&structure_layout)],
+            ),
             work,
             plan,
             bits,
@@ -335,7 +358,8 @@ impl TriangleCounter {
         let grid_buffer = uniform(gpu, "voxel grid", bytemuck::bytes_of(&grid));
         let work = Work::new(gpu, scene, &grid_buffer)?;
         let bytes = 4 * u64::from(grid.size.element_product());
-        let counts = buffer(gpu, "triangles of cells", bytes, wgpu::BufferUsages::COPY_DST)?;
+        let counts =
+            storage_buffer(gpu, "triangles of cells", bytes, wgpu::BufferUsages::COPY_DST, ADVICE)?;
         let layout = count_triangles::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
         let entries = count_triangles::WgpuBindGroup1Entries::new(
             count_triangles::WgpuBindGroup1EntriesParams {
@@ -349,7 +373,12 @@ impl TriangleCounter {
             layout: &layout,
             entries: &entries.into_array(),
         });
-        let pipeline = pipeline(gpu, "voxel/count_triangles", "", Some(scene.layout()), &layout);
+        let pipeline = compute_pipeline(
+            gpu,
+            "voxel/count_triangles",
+            "",
+            &[Some(scene.layout()), Some(&layout)],
+        );
         Ok(Self { work, pipeline, bind_group, counts })
     }
 

@@ -27,10 +27,10 @@ use crate::bindings::baseline::lucerna::voxel::levels::{VoxelLevel, VoxelLevels}
 use crate::frame::{Frame, GBuffer, Technique};
 use crate::gpu::{Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
-use crate::pass::buffer;
+use crate::pass::{buffer, storage_buffer};
 use crate::voxel::{
-    BRICK, MAX_BINDING, Resolution, Triangles, VoxelCounts, VoxelError, VoxelGrid, Voxelizer,
-    grid_for_bounds, n_bricks,
+    BRICK, MAX_BINDING, RECORD_GROUPS_OFFSET, Resolution, Triangles, VOXEL_GROUPS_OFFSET,
+    VoxelError, VoxelGrid, Voxelizer, grid_for_bounds, n_bricks,
 };
 use glam::{IVec3, UVec3, Vec3};
 use std::mem::offset_of;
@@ -80,9 +80,6 @@ pub enum Change {
 
 /// As many levels as the uniform has room for.
 const MAX_LEVELS: u32 = (offset_of!(VoxelLevels, n_levels) / size_of::<VoxelLevel>()) as u32;
-/// Where the dispatches stand in a voxelizer's counts.
-const VOXEL_GROUPS: u64 = offset_of!(VoxelCounts, voxel_groups) as u64;
-const RECORD_GROUPS: u64 = offset_of!(VoxelCounts, record_groups) as u64;
 
 /// A level follows the eye in steps of so many cells.
 const SCROLL_STEP: i32 = 8;
@@ -124,7 +121,7 @@ pub struct VoxelRt {
 #[derive(Debug)]
 struct Level {
     voxelizer: Voxelizer,
-    /// Cell of the world's grid of this size at which the level begins.
+    /// Cell of the world's grid of this size at which the level begins, if it follows the eye.
     corner: IVec3,
 }
 
@@ -162,14 +159,8 @@ impl VoxelRt {
             levels.push(Level { voxelizer: Voxelizer::new(gpu, scene, grid)?, corner });
         }
         let storage = |what, bytes: u64| {
-            if bytes > limit {
-                let advice = "use a lower resolution, fewer levels, or an isotropic grid";
-                return Err(GpuError::TooLarge { what, bytes, limit, advice });
-            }
-            let usage = wgpu::BufferUsages::STORAGE
-                | wgpu::BufferUsages::COPY_DST
-                | wgpu::BufferUsages::COPY_SRC;
-            Ok(buffer(gpu, what, bytes, usage))
+            let advice = "use a lower resolution, fewer levels, or an isotropic grid";
+            storage_buffer(gpu, what, bytes, wgpu::BufferUsages::COPY_DST, advice)
         };
         let light_bytes = u64::from(n_records) * size_of::<FaceLight>() as u64;
         let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
@@ -281,6 +272,9 @@ impl VoxelRt {
     /// # Panics
     /// If the scene's variant is another.
     pub fn renew(&mut self, frame: &mut Frame) -> Result<(), VoxelRtError> {
+        if self.settings.bounces == Bounces::None {
+            return Ok(());
+        }
         let (gpu, scene) = (frame.gpu, frame.scene);
         let shifts = self.follow(gpu, frame.view.data().camera.position);
         if self.pending.is_some() || shifts.iter().any(|&shift| shift != IVec3::ZERO) {
@@ -292,8 +286,7 @@ impl VoxelRt {
         let moving_rays = learning(self.frames_since_motion).saturating_mul(n_points);
         let max_rays = self.settings.max_rays.min(moving_rays.max(RAYS_WHILE_MOVING));
         let flags = match self.settings.bounces {
-            Bounces::None => kernel::GATHER_DIRECT,
-            Bounces::One => kernel::GATHER_DIRECT | kernel::GATHER_BOUNCE,
+            Bounces::None | Bounces::One => kernel::GATHER_DIRECT | kernel::GATHER_BOUNCE,
             Bounces::Unlimited => {
                 kernel::GATHER_DIRECT | kernel::GATHER_BOUNCE | kernel::GATHER_FEEDBACK
             }
@@ -314,7 +307,7 @@ impl VoxelRt {
                     level: level as u32,
                     reserved: 0,
                 };
-                let arguments = (of_level.voxelizer.counts(), RECORD_GROUPS);
+                let arguments = (of_level.voxelizer.counts(), RECORD_GROUPS_OFFSET);
                 self.gather.record(gpu, &mut pass, scene, info, self.newest, arguments);
             }
         }
@@ -325,7 +318,7 @@ impl VoxelRt {
                 timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/walls")),
             });
             for (level, of_level) in self.levels.iter().enumerate() {
-                let arguments = (of_level.voxelizer.counts(), VOXEL_GROUPS);
+                let arguments = (of_level.voxelizer.counts(), VOXEL_GROUPS_OFFSET);
                 self.walls.record(&mut pass, level, self.newest, arguments);
             }
         }
@@ -337,30 +330,31 @@ impl VoxelRt {
 }
 
 impl VoxelRt {
-    /// Moves the levels that the eye has left the middle of, by whole cells; how far each moved.
-    fn follow(&mut self, gpu: &Gpu, eye: Vec3) -> Vec<IVec3> {
-        if self.levels.len() == 1 {
-            return vec![IVec3::ZERO];
-        }
-        let mut shifts = Vec::new();
-        for (level, entry) in self.levels.iter_mut().zip(&mut self.layout.levels) {
+    /// Moves the levels that the eye has left the middle of, by whole cells; how far each moved. The last
+    /// one is the whole scene's and stays.
+    fn follow(&mut self, gpu: &Gpu, eye: Vec3) -> [IVec3; MAX_LEVELS as usize] {
+        let mut shifts = [IVec3::ZERO; MAX_LEVELS as usize];
+        let n_following = self.levels.len() - 1;
+        let levels = self.levels[..n_following].iter_mut().zip(&mut self.layout.levels);
+        for ((level, entry), shift) in levels.zip(&mut shifts) {
             let corner = corner_around(eye, &entry.grid);
-            let shift = corner - level.corner;
-            if shift != IVec3::ZERO {
+            *shift = corner - level.corner;
+            if *shift != IVec3::ZERO {
                 level.corner = corner;
                 entry.grid.origin = corner.as_vec3() * entry.grid.cell;
                 level.voxelizer.move_to(gpu, entry.grid.origin);
             }
-            shifts.push(shift);
         }
-        gpu.queue.write_buffer(&self.levels_buffer, 0, bytemuck::bytes_of(&self.layout));
+        if shifts != [IVec3::ZERO; MAX_LEVELS as usize] {
+            gpu.queue.write_buffer(&self.levels_buffer, 0, bytemuck::bytes_of(&self.layout));
+        }
         shifts
     }
 
     /// Records new structures and carries the light into them.
     fn voxelize(&mut self, frame: &mut Frame, shifts: &[IVec3]) -> Result<(), VoxelRtError> {
         let (gpu, scene) = (frame.gpu, frame.scene);
-        let pending = self.pending.take();
+        let pending = self.pending;
         frame.encoder.copy_buffer_to_buffer(
             &self.structure,
             0,
@@ -394,11 +388,12 @@ impl VoxelRt {
         });
         for (ix, level) in self.levels.iter().enumerate() {
             let info = CarryInfo { shift: shifts[ix], level: ix as u32 };
-            let arguments = (level.voxelizer.counts(), VOXEL_GROUPS);
+            let arguments = (level.voxelizer.counts(), VOXEL_GROUPS_OFFSET);
             self.carry.record(gpu, &mut pass, info, self.newest, arguments);
         }
         drop(pass);
         self.newest = 1 - self.newest;
+        self.pending = None;
         Ok(())
     }
 }
@@ -418,7 +413,8 @@ const NO_LEVEL: VoxelLevel = VoxelLevel {
     reserved_b: 0,
 };
 
-/// The levels' grids, each with its place in the world's grid of its cells.
+/// The levels' grids: finer ones around the eye, each with its place in the world's grid of its cells,
+/// and the whole scene's.
 fn grids(
     scene: &GpuScene,
     settings: &VoxelRtSettings,
@@ -432,21 +428,18 @@ fn grids(
     let room = (room / u64::from(settings.n_levels)).max(1) as u32;
     let resolution = Resolution::Longest(settings.resolution);
     let whole = grid_for_bounds(min, max, resolution, n_faces, None)?;
-    if settings.n_levels == 1 {
-        let grid = VoxelGrid { capacity: whole.capacity.min(room), ..whole };
-        return Ok(vec![(grid, IVec3::ZERO)]);
-    }
+    let whole = VoxelGrid { capacity: whole.capacity.min(room), ..whole };
     let size = UVec3::splat(settings.resolution);
     let bricks = (size + BRICK - 1) / BRICK;
     let capacity = (16 * size.x * size.y).min(size.element_product()).min(room);
-    let grids = (0..settings.n_levels).map(|level| {
+    let finer = (0..settings.n_levels - 1).map(|level| {
         let cell = whole.cell * 0.5f32.powi((settings.n_levels - 1 - level) as i32);
         let mut grid = VoxelGrid { origin: Vec3::ZERO, cell, size, n_faces, bricks, capacity };
         let corner = corner_around(eye, &grid);
         grid.origin = corner.as_vec3() * cell;
         (grid, corner)
     });
-    Ok(grids.collect())
+    Ok(finer.chain([(whole, IVec3::ZERO)]).collect())
 }
 
 /// Where a level begins so that the eye is in its middle, in steps of a few cells.
@@ -456,10 +449,10 @@ fn corner_around(eye: Vec3, grid: &VoxelGrid) -> IVec3 {
 }
 
 impl Technique for VoxelRt {
-    fn update(&mut self, frame: &mut Frame) {
-        if let Err(error) = self.renew(frame) {
-            tracing::error!("voxel-rt keeps its old light: {error}");
-        }
+    type Error = VoxelRtError;
+
+    fn update(&mut self, frame: &mut Frame) -> Result<(), VoxelRtError> {
+        self.renew(frame)
     }
 
     fn shade(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> Option<wgpu::TextureView> {

@@ -30,12 +30,13 @@ pub enum Lookup {
 /// Settings of `voxel-rt`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoxelRtSettings {
-    /// Cells along the longest side of the scene's box (of each level, with more than one): 1 to 256.
+    /// Cells along the longest side of the scene's box, and along each side of the levels within: 1 to
+    /// 256.
     pub resolution: u32,
     /// A value for each of a voxel's six faces; else one a voxel.
     pub anisotropic: bool,
-    /// Nested grids around the camera, 1 to 6, each twice as wide as the one before; the coarsest is
-    /// as wide as the scene's longest side.
+    /// Nested grids, 1 to 6: the coarsest holds the whole scene, the others stand around the camera, with
+    /// cells half as large from one to the next.
     pub n_levels: u32,
     /// Surface points drawn on each face in each frame, at least 1. Each costs a short ray, and where
     /// that finds a surface a shadow ray and a bounce.
@@ -78,6 +79,6 @@ impl VoxelRtSettings {
         within("resolution", self.resolution, 1..=256, "1 to 256")?;
         within("n_levels", self.n_levels, 1..=MAX_LEVELS, "1 to 6")?;
         within("points_per_face", self.points_per_face, 1..=256, "1 to 256")?;
-        within("max_rays", self.max_rays, 1..=2048, "1 to 2048")
+        within("max_rays", self.max_rays, 1..=65536, "1 to 65536")
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Lookup;
 use crate::bindings::baseline::kernels::voxel_rt::shade as kernel;
-use crate::frame::{BindGroupCache, Frame, GBuffer};
+use crate::frame::{BindGroupCache, Frame, GBuffer, radiance_target};
 use crate::gpu::Gpu;
 use crate::pass::compute_pipeline;
 use glam::UVec2;
@@ -82,7 +82,7 @@ impl ShadePass {
         let target = match &self.target {
             Some((of_size, view)) if *of_size == size => view.clone(),
             _ => {
-                let view = target(gpu, size);
+                let view = radiance_target(gpu, "indirect light", size);
                 self.target = Some((size, view.clone()));
                 view
             }
@@ -132,20 +132,4 @@ impl ShadePass {
         pass.dispatch_workgroups(size.x.div_ceil(width), size.y.div_ceil(height), 1);
         target
     }
-}
-
-fn target(gpu: &Gpu, size: UVec2) -> wgpu::TextureView {
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("indirect light"),
-        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Float,
-        usage: wgpu::TextureUsages::STORAGE_BINDING
-            | wgpu::TextureUsages::TEXTURE_BINDING
-            | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    texture.create_view(&Default::default())
 }

@@ -4,6 +4,7 @@ use super::VoxelGrid;
 use crate::bindings::baseline::lucerna::voxel::accumulator as wgsl;
 use crate::bindings::baseline::lucerna::voxel::average::QUANTA_MAX;
 use crate::gpu::{Gpu, GpuError};
+use crate::pass::storage_buffer;
 use crate::voxel::BRICK;
 use wgpu::util::DeviceExt;
 
@@ -147,7 +148,7 @@ impl VoxelIrradiance {
         let n_records = u64::from(grid.capacity) * u64::from(grid.n_faces);
         let words =
             u64::from(wgsl::HEAD_WORDS) + n_records * u64::from(strategy.words_per_record());
-        let buffer = |what, bytes, usage| storage(gpu, what, bytes, usage);
+        let advice = "take larger cells or one value a voxel";
         Ok(Self {
             grid,
             strategy,
@@ -157,12 +158,20 @@ impl VoxelIrradiance {
                 contents: bytemuck::bytes_of(&grid),
                 usage: wgpu::BufferUsages::UNIFORM,
             }),
-            accumulators: buffer(
+            accumulators: storage_buffer(
+                gpu,
                 "the voxels' accumulators",
                 4 * words,
-                wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                wgpu::BufferUsages::COPY_DST,
+                advice,
             )?,
-            means: buffer("the voxels' irradiance", 16 * n_records, wgpu::BufferUsages::COPY_SRC)?,
+            means: storage_buffer(
+                gpu,
+                "the voxels' irradiance",
+                16 * n_records,
+                wgpu::BufferUsages::empty(),
+                advice,
+            )?,
         })
     }
 
@@ -211,26 +220,6 @@ fn check_grid(grid: &VoxelGrid, structure: &wgpu::Buffer) -> Result<(), InjectEr
         return wrong(format!("its structure has {} bytes of {bytes}", structure.size()));
     }
     Ok(())
-}
-
-fn storage(
-    gpu: &Gpu,
-    what: &'static str,
-    bytes: u64,
-    usage: wgpu::BufferUsages,
-) -> Result<wgpu::Buffer, GpuError> {
-    let limits = gpu.device.limits();
-    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    if bytes > limit {
-        let advice = "take larger cells or one value a voxel";
-        return Err(GpuError::TooLarge { what, bytes, limit, advice });
-    }
-    Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(what),
-        size: bytes,
-        usage: usage | wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    }))
 }
 
 /// The step of the integers in which samples up to `largest` fit, a power of two.

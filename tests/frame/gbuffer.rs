@@ -372,7 +372,7 @@ fn render_again(found: &mut Rendered, world: &GpuScene, camera: &Camera) {
         view: &found.view,
         timers: None,
     };
-    found.passes.record(&mut frame, &mut lucerna::frame::NoIndirect);
+    found.passes.record(&mut frame, &mut lucerna::frame::NoIndirect).unwrap();
     gpu.queue.submit([encoder.finish()]);
 }
 

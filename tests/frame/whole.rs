@@ -73,7 +73,7 @@ impl Rendered {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let mut frame =
                 Frame { gpu, encoder: &mut encoder, scene: world, view: &self.view, timers: None };
-            self.passes.record(&mut frame, technique);
+            self.passes.record(&mut frame, technique).unwrap();
             gpu.queue.submit([encoder.finish()]);
         }
         let stripes = self.passes.accumulator.film().stripes();
@@ -175,7 +175,7 @@ fn beauty_is_the_mean_of_the_sums_and_reset_begins_anew() {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut frame =
         Frame { gpu, encoder: &mut encoder, scene: &world, view: &found.view, timers: None };
-    found.passes.record(&mut frame, &mut NoIndirect);
+    found.passes.record(&mut frame, &mut NoIndirect).unwrap();
     gpu.queue.submit([encoder.finish()]);
     let stripe = &found.passes.accumulator.film().stripes()[0];
     let sums: Vec<PixelSums> = bytemuck::pod_collect_to_vec(&read(&stripe.sums));
@@ -227,9 +227,12 @@ struct Glow {
 }
 
 impl Technique for Glow {
-    fn update(&mut self, frame: &mut Frame) {
+    type Error = std::convert::Infallible;
+
+    fn update(&mut self, frame: &mut Frame) -> Result<(), Self::Error> {
         assert_eq!(frame.view.frame_ix() as usize, self.n_updates);
         self.n_updates += 1;
+        Ok(())
     }
 
     fn shade(&mut self, _: &mut Frame, _: &GBuffer) -> Option<wgpu::TextureView> {
@@ -295,7 +298,7 @@ fn timers_name_every_pass() {
             view: &view,
             timers: Some(&mut timers),
         };
-        passes.record(&mut frame, &mut NoIndirect);
+        passes.record(&mut frame, &mut NoIndirect).unwrap();
         timers.resolve(&mut encoder);
         gpu().queue.submit([encoder.finish()]);
     }

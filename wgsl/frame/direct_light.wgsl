@@ -18,7 +18,7 @@
 #import lucerna::bsdf::scattering::{Scattering, evaluate_scattering, scattering_pdf, scatter}
 #import lucerna::frame::gbuffer::GBufferSurface
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::host::lights::{LightSample, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
+#import lucerna::host::lights::{LightSample, ray_to_light, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
 #import lucerna::host::lights::{sample_hittable_light, pdf_of_hittable_emitter, pdf_of_hittable_sky}
 #import lucerna::host::lights::{n_punctual_lights, punctual_light}
 #import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
@@ -109,11 +109,7 @@ fn direct_light(
             surface.geometric_normal,
             light.direction,
         );
-        var shadow = Ray(origin, 0.0, light.direction, FLOAT_MAX);
-        if light.distance < FLOAT_MAX {
-            shadow = Ray(origin, 0.0, light.place - origin, 1.0);
-        }
-        if !any_hit(shadow) {
+        if !any_hit(ray_to_light(light, origin)) {
             let pdf = scattering_pdf(scattering, to_light);
             let weight = power_heuristic(light.pdf * light_share, pdf * bsdf_share);
             sum += reflected * select(weight, 1.0, light.pdf == 0.0);

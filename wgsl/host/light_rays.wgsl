@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Host seam: rays that leave lights, and what a light without extent sends to a point.
+//! Host seam: rays that leave lights.
 //!
-//! Interface: `LightRay`, `punctual_ray`, `punctual_irradiance`, `extended_ray`. *Punctual* lights
+//! Interface: `LightRay`, `punctual_ray`, `extended_ray`. *Punctual* lights
 //! are point, spot and directional, the first `scene.n_lights − scene.n_hittable_lights` entries;
 //! *extended* ones are emissive triangles and the sky.
 #define_import_path lucerna::host::light_rays
@@ -11,7 +11,6 @@
 #import lucerna::host::scene::{scene, triangles, lights, materials, MATERIAL_DOUBLE_SIDED}
 #import lucerna::host::scene::{LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE}
 #import lucerna::host::sky::sample_sky
-#import lucerna::light::punctual::{PunctualSample, sample_point_light, sample_spot_light, sample_directional_light}
 #import lucerna::light::triangle::triangle_area_vector
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::math::vector::safe_normalize
@@ -55,31 +54,6 @@ fn ray_from_far(direction: vec3<f32>, u: vec2<f32>) -> LightRay {
     let disc = radius * sample_uniform_disc(u);
     let across = frame_from_normal(direction) * vec3<f32>(disc, 0.0);
     return LightRay(center + across - radius * direction, direction);
-}
-
-/// What a punctual light sends to a point, shadows and the receiver's cosine left out.
-fn punctual_irradiance(light_ix: u32, at: vec3<f32>) -> PunctualSample {
-    let kind = lights[light_ix].kind;
-    if kind == LIGHT_POINT {
-        return sample_point_light(
-            lights[light_ix].position,
-            lights[light_ix].intensity,
-            lights[light_ix].range,
-            at,
-        );
-    }
-    if kind == LIGHT_SPOT {
-        return sample_spot_light(
-            lights[light_ix].position,
-            lights[light_ix].direction,
-            lights[light_ix].intensity,
-            lights[light_ix].range,
-            lights[light_ix].spot_scale,
-            lights[light_ix].spot_offset,
-            at,
-        );
-    }
-    return sample_directional_light(lights[light_ix].direction, lights[light_ix].intensity);
 }
 
 /// A ray from the emissive triangles and the sky: a light by its share of the power, a place by

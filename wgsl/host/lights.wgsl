@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Host seam: drawing a light, and the density with which one would have been drawn.
 //!
-//! Interface: `LightSample`; of all lights: `sample_light`, `pdf_of_emitter`, `pdf_of_sky`,
+//! Interface: `LightSample`, `ray_to_light`; of all lights: `sample_light`, `pdf_of_emitter`, `pdf_of_sky`,
 //! `lights_can_be_hit`; of those that a ray can hit (emissive triangles and the sky) alone:
 //! `sample_hittable_light`, `pdf_of_hittable_emitter`, `pdf_of_hittable_sky`; of the others (point, spot,
 //! directional), one by one: `n_punctual_lights`, `punctual_light`. All densities are by solid angle
@@ -10,6 +10,7 @@
 
 #import lucerna::geometry::barycentric::interpolate_vec3
 #import lucerna::geometry::ray_offset::{interpolation_error, offset_ray_origin}
+#import lucerna::host::rays::Ray
 #import lucerna::host::scene::{scene, triangles, lights, materials, NONE, MATERIAL_DOUBLE_SIDED, TRIANGLE_ALPHA_TESTED}
 #import lucerna::host::scene::{LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL, LIGHT_TRIANGLE, LIGHT_SKY}
 #import lucerna::host::sky::{sample_sky, pdf_sky}
@@ -30,6 +31,15 @@ struct LightSample {
     pdf: f32,
     /// What arrives, divided by the density: `f · cosine · weight` estimates reflected radiance.
     weight: vec3<f32>,
+}
+
+/// The ray that tells whether the light is hidden, if it hits anything. `origin`: the lit point, off its
+/// surface.
+fn ray_to_light(light: LightSample, origin: vec3<f32>) -> Ray {
+    if light.distance < FLOAT_MAX {
+        return Ray(origin, 0.0, light.place - origin, 1.0);
+    }
+    return Ray(origin, 0.0, light.direction, FLOAT_MAX);
 }
 
 /// Draws one of the lights for a point. Nothing arrives where `weight` is zero.

@@ -12,7 +12,7 @@
 #import lucerna::bsdf::scattering::{Scattering, evaluate_scattering, scattering_pdf, scatter}
 #import lucerna::camera::primary_ray::{Camera, primary_ray}
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::host::lights::{sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
+#import lucerna::host::lights::{ray_to_light, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
 #import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
 #import lucerna::host::sky::sky_radiance
 #import lucerna::host::surface::{Surface, surface_at, seen_from}
@@ -189,11 +189,7 @@ fn advance(
                 geometric_normal,
                 light.direction,
             );
-            var shadow = Ray(origin, 0.0, light.direction, FLOAT_MAX);
-            if light.distance < FLOAT_MAX {
-                shadow = Ray(origin, 0.0, light.place - origin, 1.0);
-            }
-            if !any_hit(shadow) {
+            if !any_hit(ray_to_light(light, origin)) {
                 let pdf = scattering_pdf(scattering, to_light);
                 let weight = select(power_heuristic(light.pdf, pdf), 1.0, light.pdf == 0.0);
                 add_light(path, depth + 1u, (*path).throughput * reflected * weight);

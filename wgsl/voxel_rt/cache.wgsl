@@ -11,6 +11,12 @@
 //!
 //! * *direct*: irradiance straight from lights, emissive surfaces and the sky [W·m⁻²]
 //! * *indirect*: irradiance that was reflected at least once [W·m⁻²]
+//!
+//! Indirect light is kept twice. Bounces read what the cache held in the frame before, and so their mean
+//! over all frames would feed itself: with albedo ρ its error falls like n^−(1−ρ), at ρ = 0.95 practically
+//! never. So bounces read what the newest hits alone found (`feedback`), whose error falls by the factor ρ
+//! a frame and whose noise, entering linearly, has the right mean; and the long mean of it (`indirect`) is
+//! what pictures show.
 #define_import_path lucerna::voxel_rt::cache
 
 /// A face's record. All zero: nothing is known.
@@ -19,16 +25,21 @@ struct FaceLight {
     direct: vec3<f32>,
     /// Rays along the axis that met a surface, each weighed by its age.
     n_hits: f32,
-    /// Mean over the hits [W·m⁻²].
+    /// Mean over the hits, the newer ones weighing more [W·m⁻²].
     indirect: vec3<f32>,
-    /// Two 16-bit floats: rays along the axis, weighed alike (low), and the mean depth of the hits
-    /// below the face, in cells (high). The high one's sign is set if a sample of the newest frame was
-    /// not finite and was left out.
-    rays_and_depth: u32,
+    /// Rays along the axis, weighed like the hits.
+    n_rays: f32,
+    /// The same light as `indirect`, of the newest frame with a hit alone [W·m⁻²].
+    feedback: vec3<f32>,
+    /// Mean depth of the hits below the face, in cells (a 16-bit float, low), and REJECTED_BIT.
+    state: u32,
 }
 
-/// The sign of the depth.
+/// Set if a sample of the newest frame was not finite and was left out.
 const REJECTED_BIT: u32 = 0x80000000u;
+/// The newest of n hits has RECENCY/n of `indirect`, so that hit k weighs about k^(RECENCY − 1): what was
+/// learned before the light was in balance fades, and 3/4 of the samples' worth is kept.
+const RECENCY: f32 = 2.0;
 
 /// What one frame adds to a record: sums over its hits.
 struct FaceSamples {
@@ -44,78 +55,71 @@ struct FaceSamples {
 
 /// Whether the newest frame's samples were not all finite.
 fn has_rejected(light: FaceLight) -> bool {
-    return (light.rays_and_depth & REJECTED_BIT) != 0u;
-}
-
-/// Rays that a record remembers.
-fn ray_count(light: FaceLight) -> f32 {
-    return unpack2x16float(light.rays_and_depth).x;
+    return (light.state & REJECTED_BIT) != 0u;
 }
 
 /// Mean depth of the surface below the face, in cells.
 fn hit_depth(light: FaceLight) -> f32 {
-    return abs(unpack2x16float(light.rays_and_depth).y);
+    return unpack2x16float(light.state).x;
 }
 
 /// The record with a frame's samples added.
 ///
-/// `max_rays`, in [1, 2048] (16-bit floats count no further): beyond so many the oldest fade, so that
-/// the record follows slow changes. `light_rays`, at least the frame's own: how many of the face's rays
-/// belong to the light as it is now; older ones still tell what stands in the cell, and their light is
-/// forgotten. Each mean is a mixture whose weights sum to 1: energy is neither gained nor lost.
+/// `max_rays` ≥ 1: beyond so many the oldest fade, so that the record follows slow changes.
+/// `light_rays`, at least the frame's own: how many of the face's rays belong to the light as it is now;
+/// older ones still tell what stands in the cell, and their light is forgotten. Each mean is a mixture
+/// whose weights sum to 1: energy is neither gained nor lost.
 fn renew(before: FaceLight, samples: FaceSamples, light_rays: f32, max_rays: f32) -> FaceLight {
-    let rays_before = ray_count(before);
     let room = max(max_rays - samples.n_rays, 0.0);
-    let fade = select(1.0, room / rays_before, rays_before > room);
+    let fade = select(1.0, room / before.n_rays, before.n_rays > room);
     let old_hits = fade * before.n_hits;
-    let n_hits = old_hits + samples.n_hits;
-    let n_rays = fade * rays_before + samples.n_rays;
-    if !(n_hits > 0.0) {
-        return FaceLight(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), pack2x16float(vec2<f32>(n_rays, 0.0)));
+    var after: FaceLight;
+    after.n_hits = old_hits + samples.n_hits;
+    after.n_rays = fade * before.n_rays + samples.n_rays;
+    if !(after.n_hits > 0.0) {
+        return after;
+    }
+    let depth = (hit_depth(before) * old_hits + samples.depth) / after.n_hits;
+    after.state = pack2x16float(vec2<f32>(depth, 0.0))
+        | select(0u, REJECTED_BIT, samples.n_rejected > 0u);
+    if samples.n_hits == 0.0 {
+        // Without a hit in this frame, the light stays.
+        after.direct = before.direct;
+        after.indirect = before.indirect;
+        after.feedback = before.feedback;
+        return after;
     }
     // Of the face's hits, about this many saw the light as it is now, this frame's included.
-    let light_hits = max(n_hits * min(light_rays / n_rays, 1.0), samples.n_hits);
-    let old_share = select(0.0, (light_hits - samples.n_hits) / light_hits, old_hits > 0.0);
-    let new_share = select(0.0, 1.0 / light_hits, light_hits > 0.0);
-    let depth = (hit_depth(before) * old_hits + samples.depth) / n_hits;
-    // Without a hit in this frame, the light stays.
-    let keeps = samples.n_hits == 0.0;
-    return FaceLight(
-        select(before.direct * old_share + samples.direct * new_share, before.direct, keeps),
-        n_hits,
-        select(before.indirect * old_share + samples.indirect * new_share, before.indirect, keeps),
-        pack2x16float(vec2<f32>(n_rays, depth)) | select(0u, REJECTED_BIT, samples.n_rejected > 0u),
-    );
+    let light_hits = max(after.n_hits * min(light_rays / after.n_rays, 1.0), samples.n_hits);
+    let share = select(samples.n_hits / light_hits, 1.0, old_hits == 0.0);
+    let direct = samples.direct / samples.n_hits;
+    let indirect = samples.indirect / samples.n_hits;
+    // (`mix` by 1 may not give the second value where the first one is huge.)
+    after.direct = before.direct * (1.0 - share) + direct * share;
+    let recent = min(RECENCY * share, 1.0);
+    after.indirect = before.indirect * (1.0 - recent) + indirect * recent;
+    after.feedback = indirect;
+    return after;
 }
 
 /// How much of the face a surface covers, in [0, 1]: the share of rays that met one.
 fn coverage(light: FaceLight) -> f32 {
-    let n_rays = ray_count(light);
-    return select(0.0, min(light.n_hits / n_rays, 1.0), n_rays > 0.0);
+    return select(0.0, min(light.n_hits / light.n_rays, 1.0), light.n_rays > 0.0);
 }
 
-/// A weighted sum of records.
+/// A weighted sum of what records hold.
 struct LightSum {
-    direct: vec3<f32>,
+    /// Of irradiances [W·m⁻²].
+    irradiance: vec3<f32>,
     weight: f32,
-    indirect: vec3<f32>,
 }
 
-/// Adds a record with a weight ≥ 0.
-fn add_light(sum: LightSum, light: FaceLight, weight: f32) -> LightSum {
-    return LightSum(
-        sum.direct + weight * light.direct,
-        sum.weight + weight,
-        sum.indirect + weight * light.indirect,
-    );
+/// Adds an irradiance with a weight ≥ 0.
+fn add_weighted(sum: LightSum, irradiance: vec3<f32>, weight: f32) -> LightSum {
+    return LightSum(sum.irradiance + weight * irradiance, sum.weight + weight);
 }
 
 /// Adds another sum's mean with a weight; `found.weight` > 0.
 fn add_share(sum: LightSum, found: LightSum, weight: f32) -> LightSum {
-    let scale = weight / found.weight;
-    return LightSum(
-        sum.direct + scale * found.direct,
-        sum.weight + weight,
-        sum.indirect + scale * found.indirect,
-    );
+    return add_weighted(sum, found.irradiance / found.weight, weight);
 }

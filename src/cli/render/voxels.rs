@@ -7,14 +7,14 @@ use lucerna::voxel_rt::{Bounces, Lookup, VoxelRtSettings};
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "voxel-rt")]
 pub struct VoxelArguments {
-    /// Cells along the longest side of the scene (of each level).
+    /// Cells along the longest side of the scene, and along each side of the levels within.
     #[arg(long, value_name = "CELLS", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=256))]
     voxels: u32,
     /// One value a voxel instead of one for each of its six faces.
     #[arg(long)]
     isotropic: bool,
-    /// Nested grids around the camera, each twice as wide as the one before; the coarsest is as wide
-    /// as the scene.
+    /// Nested grids: the coarsest holds the whole scene, the others stand around the camera, with cells
+    /// half as large from one to the next.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=6))]
     levels: u32,
     /// Surface points drawn on each voxel's face in each frame.

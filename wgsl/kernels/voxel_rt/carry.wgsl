@@ -3,9 +3,10 @@
 //!
 //! A voxel that was occupied before keeps its faces' records; a new one starts from nothing.
 //!
-//! Dispatch: indirect, one invocation a slot of the new structure, 64 a workgroup, workgroups in rows of
-//! at most 32768. Workgroup memory: none. Each invocation owns its voxel's records.
+//! Dispatch: indirect, one invocation a slot of the new structure, in rows as
+//! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns its voxel's records.
 
+#import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
 #import lucerna::voxel::grid::{is_inside, unpack_cell}
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
@@ -30,8 +31,8 @@ struct CarryInfo {
 @group(1) @binding(6) var<storage, read_write> after: array<FaceLight>;
 
 @compute @workgroup_size(WORKGROUP)
-fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let slot = (group.y * n_groups.x + group.x) * WORKGROUP + local;
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let slot = group_of_dispatch(group) * WORKGROUP + local;
     if slot >= counts.x {
         return;
     }

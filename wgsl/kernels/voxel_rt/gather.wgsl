@@ -2,31 +2,36 @@
 //! Renews the irradiance of every face of every occupied voxel by a few rays.
 //!
 //! A ray along the face's axis, through a random point of the face, finds a surface point within the
-//! cell. There a shadow ray to a drawn light estimates the direct irradiance, and a cosine-distributed
-//! ray the indirect one: what it meets reflects the irradiance that the cache held there in the frame
-//! before, so each frame adds a bounce.
+//! cell. From there a cosine-distributed ray is traced: what it meets reflects the irradiance that the
+//! cache held there in the frame before, so each frame adds a bounce; and what it meets emits. A shadow
+//! ray to a drawn light estimates the direct irradiance as well, and both estimates of it are combined by
+//! multiple importance sampling (E. Veach, L. Guibas, "Optimally Combining Sampling Techniques for Monte
+//! Carlo Rendering", SIGGRAPH 1995, power heuristic).
 //!
-//! Dispatch: indirect, one invocation a record (slot · n_faces + face), 64 a workgroup, workgroups in
-//! rows of at most 32768. Workgroup memory: none. Each invocation owns one record of `after` and reads
-//! only `before`: the same input gives the same bytes.
+//! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
+//! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record of
+//! `after` and reads only `before`: the same input gives the same bytes.
 
 #import lucerna::bsdf::directional_albedo::directional_albedo
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::host::lights::sample_light
+#import lucerna::host::lights::{pdf_of_emitter, pdf_of_sky, ray_to_light, sample_light}
 #import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
-#import lucerna::host::surface::{Surface, surface_at}
-#import lucerna::math::constants::FLOAT_MAX
+#import lucerna::host::sky::sky_radiance
+#import lucerna::host::surface::{Surface, seen_from, surface_at}
+#import lucerna::math::constants::{FLOAT_MAX, INV_PI, PI}
+#import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::float::all_finite
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::hemisphere::sample_cosine_hemisphere
 #import lucerna::sampling::low_discrepancy::sobol_owen
+#import lucerna::sampling::mis::power_heuristic
 #import lucerna::sampling::pcg::{pcg3d, random_vec4}
 #import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
 #import lucerna::voxel::grid::{face_axis, face_normal, faces_of_direction, grid_from_world, is_inside, unpack_cell, world_from_grid}
 #import lucerna::voxel::levels::{VoxelLevel, VoxelLevels, level_weight, slot_word}
 #import lucerna::voxel::lookup::{face_weights, tap_cell, tap_weight, taps_at}
-#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, LightSum, add_light, add_share, coverage, ray_count, renew}
+#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, LightSum, add_share, add_weighted, coverage, renew}
 #import lucerna::voxel_rt::walls::{keep_before_walls, undivided}
 
 const WORKGROUP: u32 = 64u;
@@ -91,6 +96,12 @@ fn walls_of_slot(level: VoxelLevel, slot: u32) -> u32 {
     return structure[slot_word(level, slot)].y;
 }
 
+/// What of a face's light a bounce sees reflected.
+fn reflectable(light: FaceLight) -> vec3<f32> {
+    let feedback = (info.flags & GATHER_FEEDBACK) != 0u;
+    return light.direct + select(vec3<f32>(0.0), light.feedback, feedback);
+}
+
 /// What a level held around a point of its grid, on the side of the normal: a sum weighted by
 /// distance, by how much each face looks that way, and by how much of it a surface covers.
 fn light_in_level(level: VoxelLevel, at: vec3<f32>, normal: vec3<f32>) -> LightSum {
@@ -109,16 +120,15 @@ fn light_in_level(level: VoxelLevel, at: vec3<f32>, normal: vec3<f32>) -> LightS
         for (var axis = 0u; axis < 3u; axis++) {
             if weights[axis] > 0.0 {
                 let light = before[level.first_record + slot * level.grid.n_faces + faces[axis]];
-                sum = add_light(sum, light, shares[axis] * coverage(light));
+                sum = add_weighted(sum, reflectable(light), shares[axis] * coverage(light));
             }
         }
     }
     return sum;
 }
 
-/// What the cache held at a surface point: `direct` and `indirect` are irradiances, `weight` is 1, or
-/// 0 where nothing is known.
-fn cached_light(position: vec3<f32>, normal: vec3<f32>) -> LightSum {
+/// The irradiance that the cache held at a surface point [W·m⁻²]; 0 where nothing is known.
+fn cached_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     var out: LightSum;
     for (var ix = 0u; ix < levels.n_levels && out.weight < 1.0; ix++) {
         let level = levels.levels[ix];
@@ -132,12 +142,12 @@ fn cached_light(position: vec3<f32>, normal: vec3<f32>) -> LightSum {
             }
         }
     }
-    return out;
+    return out.irradiance;
 }
 
 @compute @workgroup_size(WORKGROUP)
-fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let record = (group.y * n_groups.x + group.x) * WORKGROUP + local;
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let record = group_of_dispatch(group) * WORKGROUP + local;
     let level = levels.levels[info.level];
     let n_faces = level.grid.n_faces;
     if record >= counts.x * n_faces {
@@ -147,7 +157,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_grou
     let known = before[level.first_record + record];
     let hash = pcg3d(vec3<u32>(packed_cell, record % n_faces + 8u * info.level, info.seed));
     let is_dark = all(known.direct + known.indirect == vec3<f32>(0.0));
-    let is_known = min(ray_count(known), info.light_rays) >= IDLE_AFTER;
+    let is_known = min(known.n_rays, info.light_rays) >= IDLE_AFTER;
     if is_dark && is_known && (info.frame + hash.x) % IDLE_PERIOD != 0u {
         after[level.first_record + record] = known;
         return;
@@ -185,73 +195,90 @@ fn add_sample(
     if hit_is_miss(hit) {
         return samples;
     }
-    let surface = surface_at(hit.triangle, hit.barycentrics);
-    let side = select(-1.0, 1.0, dot(surface.geometric_normal, outward) > 0.0);
-    let geometric_normal = surface.geometric_normal * side;
-    let normal = surface.shading_normal * side;
+    let found = surface_at(hit.triangle, hit.barycentrics);
+    let is_back = dot(found.geometric_normal, outward) < 0.0 && !found.double_sided;
+    if is_back && level.grid.n_faces == 1u {
+        // One value serves both sides of a sheet: that of its front.
+        return samples;
+    }
+    let surface = seen_from(found, -outward);
 
     // The bounce first: it may show that the point is shut in. Without bounces it is traced all the same.
-    let direction = frame_from_normal(normal) * sample_cosine_hemisphere(sobol_owen(sample_ix, hash.y));
+    let local = sample_cosine_hemisphere(sobol_owen(sample_ix, hash.y));
+    let direction = frame_from_normal(surface.shading_normal) * local;
+    let pdf = local.z * INV_PI;
+    var direct = vec3<f32>(0.0);
     var indirect = vec3<f32>(0.0);
-    if dot(direction, geometric_normal) > 0.0 {
-        let from_here = offset_ray_origin(surface.position, surface.position_error, geometric_normal, direction);
+    if dot(direction, surface.geometric_normal) > 0.0 {
+        let from_here = leave(surface, direction);
         let far = nearest_hit(Ray(from_here, 0.0, direction, FLOAT_MAX));
-        if !hit_is_miss(far) {
-            let met = surface_at(far.triangle, far.barycentrics);
-            let from_behind = dot(met.geometric_normal, direction) > 0.0;
-            if from_behind && !met.double_sided && far.t < SHUT_IN_CELLS * level.grid.cell {
+        if hit_is_miss(far) {
+            direct = PI * power_heuristic(pdf, pdf_of_sky(direction)) * sky_radiance(direction);
+        } else {
+            let there = surface_at(far.triangle, far.barycentrics);
+            let from_behind = dot(there.geometric_normal, direction) > 0.0;
+            if from_behind && !there.double_sided && far.t < SHUT_IN_CELLS * level.grid.cell {
                 return samples;
+            }
+            let met = seen_from(there, direction);
+            if any(met.emission > vec3<f32>(0.0)) {
+                let light_pdf = pdf_of_emitter(far.triangle, direction, far.t);
+                direct = PI * power_heuristic(pdf, light_pdf) * met.emission;
             }
             if (info.flags & GATHER_BOUNCE) != 0u {
                 indirect = reflected_light(met, direction);
             }
         }
     }
+    if (info.flags & GATHER_DIRECT) != 0u {
+        let choice = random_vec4(hash.yz, sample_ix, 0u).xw;
+        direct += drawn_light(surface, vec4<f32>(choice.x, sobol_owen(sample_ix, hash.z), choice.y));
+    }
     samples.n_hits += 1.0;
     samples.depth += hit.t / level.grid.cell - BORDER;
-    if all_finite(indirect) {
+    if all_finite(direct) && all_finite(indirect) {
+        samples.direct += direct;
         samples.indirect += indirect;
     } else {
         samples.n_rejected += 1u;
     }
-    if (info.flags & GATHER_DIRECT) == 0u {
-        return samples;
-    }
-    let u = random_vec4(hash.yz, sample_ix, 0u);
-    let light = sample_light(surface.position, vec4<f32>(u.x, sobol_owen(sample_ix, hash.z), u.w));
-    let direct = light.weight * dot(light.direction, normal);
-    if !all_finite(direct) {
-        samples.n_rejected += 1u;
-    } else if dot(light.direction, geometric_normal) > 0.0 && any(direct > vec3<f32>(0.0)) {
-        let from_here = offset_ray_origin(
-            surface.position,
-            surface.position_error,
-            geometric_normal,
-            light.direction,
-        );
-        var shadow = Ray(from_here, 0.0, light.direction, FLOAT_MAX);
-        if light.distance < FLOAT_MAX {
-            shadow = Ray(from_here, 0.0, light.place - from_here, 1.0);
-        }
-        if !any_hit(shadow) {
-            samples.direct += direct;
-        }
-    }
     return samples;
+}
+
+/// A point off the surface, to trace a ray along `direction` from.
+fn leave(surface: Surface, direction: vec3<f32>) -> vec3<f32> {
+    return offset_ray_origin(
+        surface.position,
+        surface.position_error,
+        surface.geometric_normal,
+        direction,
+    );
+}
+
+/// Irradiance by one drawn light [W·m⁻²], weighed against the chance that a cosine-distributed ray finds
+/// it.
+fn drawn_light(surface: Surface, u: vec4<f32>) -> vec3<f32> {
+    let light = sample_light(surface.position, u);
+    let cosine = dot(light.direction, surface.shading_normal);
+    let irradiance = light.weight * max(cosine, 0.0);
+    let is_below = dot(light.direction, surface.geometric_normal) <= 0.0;
+    if is_below || !any(irradiance > vec3<f32>(0.0)) {
+        return select(irradiance, vec3<f32>(0.0), all_finite(irradiance));
+    }
+    if any_hit(ray_to_light(light, leave(surface, light.direction))) {
+        return vec3<f32>(0.0);
+    }
+    return irradiance * select(power_heuristic(light.pdf, cosine * INV_PI), 1.0, light.pdf == 0.0);
 }
 
 /// What a surface that a ray met sends back along it: π · radiance [W·m⁻²], from the irradiance that the
 /// cache held there. (An estimate of irradiance by a cosine-distributed direction: the cosine cancels
-/// with its density.)
+/// with its density.) `met`: as the ray sees it.
 fn reflected_light(met: Surface, direction: vec3<f32>) -> vec3<f32> {
-    let side = select(-1.0, 1.0, dot(met.geometric_normal, direction) < 0.0);
-    let normal = met.shading_normal * side;
-    let found = cached_light(met.position, normal);
     var albedo = met.base_color;
     if !met.lambert {
         let material = metallic_roughness(met.base_color, met.metallic, met.roughness);
-        albedo = directional_albedo(material, abs(dot(direction, normal)));
+        albedo = directional_albedo(material, abs(dot(direction, met.shading_normal)));
     }
-    let feedback = select(0.0, 1.0, (info.flags & GATHER_FEEDBACK) != 0u);
-    return albedo * (found.direct + feedback * found.indirect);
+    return albedo * cached_irradiance(met.position, met.shading_normal);
 }

@@ -23,10 +23,10 @@
 
 #import lucerna::camera::primary_ray::{Camera, primary_ray}
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::host::light_rays::{punctual_ray, punctual_irradiance, extended_ray}
-#import lucerna::host::lights::sample_light
+#import lucerna::host::light_rays::{punctual_ray, extended_ray}
+#import lucerna::host::lights::{punctual_light, ray_to_light, sample_light}
 #import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
-#import lucerna::host::surface::{Surface, surface_at}
+#import lucerna::host::surface::{Surface, seen_from, surface_at}
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::sampling::pcg::random_vec4
 #import lucerna::sampling::stratified::stratified_number
@@ -189,39 +189,21 @@ fn square_point(ray: vec2<u32>, jitter: vec2<f32>) -> vec2<f32> {
     );
 }
 
-/// A surface from the side that a ray came from.
-struct SeenSide {
-    geometric_normal: vec3<f32>,
-    shading_normal: vec3<f32>,
-}
-
-fn seen_side(surface: Surface, direction: vec3<f32>) -> SeenSide {
-    let front = dot(surface.geometric_normal, direction) <= 0.0;
-    return SeenSide(
-        select(-surface.geometric_normal, surface.geometric_normal, front),
-        select(-surface.shading_normal, surface.shading_normal, front),
-    );
-}
-
 /// Irradiance by one drawn light [W·m⁻²]. `extended_only`: lights without extent give nothing.
-fn drawn_irradiance(surface: Surface, side: SeenSide, u: vec4<f32>, extended_only: bool) -> vec3<f32> {
+fn drawn_irradiance(surface: Surface, u: vec4<f32>, extended_only: bool) -> vec3<f32> {
     let light = sample_light(surface.position, u);
-    let cosine = dot(side.shading_normal, light.direction);
-    let hidden = dot(side.geometric_normal, light.direction) <= 0.0 || cosine <= 0.0;
+    let cosine = dot(surface.shading_normal, light.direction);
+    let hidden = dot(surface.geometric_normal, light.direction) <= 0.0 || cosine <= 0.0;
     if hidden || all(light.weight == vec3<f32>(0.0)) || (extended_only && light.pdf == 0.0) {
         return vec3<f32>(0.0);
     }
     let origin = offset_ray_origin(
         surface.position,
         surface.position_error,
-        side.geometric_normal,
+        surface.geometric_normal,
         light.direction,
     );
-    var shadow = Ray(origin, 0.0, light.direction, FLOAT_MAX);
-    if light.distance < FLOAT_MAX {
-        shadow = Ray(origin, 0.0, light.place - origin, 1.0);
-    }
-    return select(light.weight * cosine, vec3<f32>(0.0), any_hit(shadow));
+    return select(light.weight * cosine, vec3<f32>(0.0), any_hit(ray_to_light(light, origin)));
 }
 
 /// The k-th ray of an invocation; it may lie beyond the square.
@@ -243,11 +225,10 @@ fn inject_light(@builtin(global_invocation_id) id: vec3<u32>) {
         if hit_is_miss(hit) {
             continue;
         }
-        let surface = surface_at(hit.triangle, hit.barycentrics);
-        let side = seen_side(surface, path.direction);
-        let light = punctual_irradiance(injection.light, surface.position);
-        let value = light.normal_irradiance * max(dot(side.shading_normal, light.to_light), 0.0);
-        deposit(&run, VoxelSample(value, record_of(surface.position, side.geometric_normal, random.z)));
+        let surface = seen_from(surface_at(hit.triangle, hit.barycentrics), path.direction);
+        let light = punctual_light(injection.light, surface.position);
+        let value = light.weight * max(dot(surface.shading_normal, light.direction), 0.0);
+        deposit(&run, VoxelSample(value, record_of(surface.position, surface.geometric_normal, random.z)));
     }
     end_run(run);
 }
@@ -267,11 +248,10 @@ fn inject_extended(@builtin(global_invocation_id) id: vec3<u32>) {
         if hit_is_miss(hit) {
             continue;
         }
-        let surface = surface_at(hit.triangle, hit.barycentrics);
-        let side = seen_side(surface, path.direction);
-        let value = drawn_irradiance(surface, side, random_of_ray(ray, 2u), true);
+        let surface = seen_from(surface_at(hit.triangle, hit.barycentrics), path.direction);
+        let value = drawn_irradiance(surface, random_of_ray(ray, 2u), true);
         let face_random = random_of_ray(ray, 3u).x;
-        deposit(&run, VoxelSample(value, record_of(surface.position, side.geometric_normal, face_random)));
+        deposit(&run, VoxelSample(value, record_of(surface.position, surface.geometric_normal, face_random)));
     }
     end_run(run);
 }
@@ -290,10 +270,9 @@ fn inject_camera(@builtin(global_invocation_id) id: vec3<u32>) {
         if hit_is_miss(hit) {
             continue;
         }
-        let surface = surface_at(hit.triangle, hit.barycentrics);
-        let side = seen_side(surface, path.direction);
-        let value = drawn_irradiance(surface, side, random_of_ray(ray, 1u), false);
-        deposit(&run, VoxelSample(value, record_of(surface.position, side.geometric_normal, random.z)));
+        let surface = seen_from(surface_at(hit.triangle, hit.barycentrics), path.direction);
+        let value = drawn_irradiance(surface, random_of_ray(ray, 1u), false);
+        deposit(&run, VoxelSample(value, record_of(surface.position, surface.geometric_normal, random.z)));
     }
     end_run(run);
 }

@@ -14,7 +14,7 @@
 #import lucerna::voxel::grid::{faces_of_direction, grid_from_world, is_inside}
 #import lucerna::voxel::levels::{VoxelLevel, VoxelLevels, level_weight, slot_word}
 #import lucerna::voxel::lookup::{face_weights, tap_cell, tap_weight, taps_at}
-#import lucerna::voxel_rt::cache::{FaceLight, LightSum, add_light, add_share, coverage}
+#import lucerna::voxel_rt::cache::{FaceLight, LightSum, add_share, add_weighted, coverage}
 #import lucerna::voxel_rt::walls::{keep_before_walls, undivided}
 
 const WORKGROUP: u32 = 8u;
@@ -94,9 +94,9 @@ fn light_in_level(level: VoxelLevel, at: vec3<f32>, normal: vec3<f32>, only_vali
             if weights[axis] > 0.0 {
                 let light = lights[level.first_record + slot * level.grid.n_faces + faces[axis]];
                 if only_valid {
-                    sum = add_light(sum, light, shares[axis] * coverage(light));
+                    sum = add_weighted(sum, light.indirect, shares[axis] * coverage(light));
                 } else {
-                    sum.indirect += shares[axis] * light.indirect;
+                    sum.irradiance += shares[axis] * light.indirect;
                 }
             }
         }
@@ -124,14 +124,14 @@ fn indirect_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
                 offset[(tap - 1u) >> 1u] += select(-1.0, 1.0, (tap & 1u) != 0u);
             }
             let one = light_in_level(level, point + offset, normal, info.lookup == LOOKUP_VALID);
-            found.indirect += one.indirect;
+            found.irradiance += one.irradiance;
             found.weight += one.weight;
         }
         if found.weight > 0.0 {
             out = add_share(out, found, share);
         }
     }
-    return out.indirect;
+    return out.irradiance;
 }
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)

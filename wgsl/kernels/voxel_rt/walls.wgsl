@@ -2,9 +2,10 @@
 //! Notes in each voxel's word which of its faces are walled, and counts the faces that had to leave
 //! samples out.
 //!
-//! Dispatch: indirect, one invocation a slot, 64 a workgroup, workgroups in rows of at most 32768.
+//! Dispatch: indirect, one invocation a slot, in rows as `lucerna::math::dispatch` lays them out.
 //! Workgroup memory: none.
 
+#import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
 #import lucerna::voxel_rt::cache::{FaceLight, has_rejected}
 #import lucerna::voxel_rt::walls::walls_of_axis
@@ -29,8 +30,8 @@ struct WallsInfo {
 @group(1) @binding(5) var<storage, read_write> n_rejected: atomic<u32>;
 
 @compute @workgroup_size(WORKGROUP)
-fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let slot = (group.y * n_groups.x + group.x) * WORKGROUP + local;
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let slot = group_of_dispatch(group) * WORKGROUP + local;
     let level = levels.levels[info.level];
     if slot >= counts.x {
         return;

@@ -1,0 +1,187 @@
+//! What a technique meets at the ends of its range.
+
+use crate::furnace::{EMISSION, room};
+use crate::harness::{gpu, read};
+use crate::session::{Session, camera, upload};
+use crate::support::{lambert, quad, scene};
+use glam::{Vec3, Vec4};
+use lucerna::reference::Channel;
+use lucerna::scene::{Light, Material, Scene};
+use lucerna::voxel_rt::{Lookup, VoxelRt, VoxelRtError, VoxelRtSettings};
+
+fn lit_room() -> Scene {
+    let mut world = scene(room([2.0, 1.0, 3.0], 0), vec![lambert([0.6, 0.5, 0.4])]);
+    world.lights.push(Light::Point {
+        position: Vec3::new(1.1, 0.8, 1.3),
+        intensity: Vec3::ONE,
+        range: None,
+    });
+    world
+}
+
+fn small(resolution: u32) -> VoxelRtSettings {
+    VoxelRtSettings { resolution, ..Default::default() }
+}
+
+fn eye() -> lucerna::scene::Camera {
+    camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4])
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let world = upload(&lit_room());
+    let run = || Session::new(&world, &eye(), small(20)).run(&world, 12);
+    let (first, second) = (run(), run());
+    assert!(bytemuck::cast_slice::<_, u8>(&first) == bytemuck::cast_slice::<_, u8>(&second));
+    let lit = first.iter().filter(|pixel| pixel.indirect != Vec3::ZERO).count();
+    assert!(lit > first.len() / 2, "{lit} pixels have indirect light");
+}
+
+/// Grids of one voxel, of sizes that are multiples of nothing, and as fine as they get for the room.
+#[test]
+fn any_resolution_gives_finite_light() {
+    let world = upload(&lit_room());
+    for resolution in [1, 2, 3, 13, 37] {
+        let mut session = Session::new(&world, &eye(), small(resolution));
+        session.run(&world, 12);
+        let mean = session.mean(&world, 4, Channel::Indirect);
+        // A voxel as large as the room is met from outside alone, where it is dark.
+        let lit = resolution == 1 || mean.min_element() > 0.0;
+        assert!(mean.is_finite() && lit, "{resolution}: {mean}");
+        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&read(session.technique.counts(0)));
+        assert!(counts[0] > 0 && counts[1] == 0, "{resolution}: {counts:?}");
+    }
+}
+
+#[test]
+fn without_lights_it_stays_dark() {
+    let world = upload(&Scene { lights: Vec::new(), ..lit_room() });
+    let pixels = Session::new(&world, &eye(), small(16)).run(&world, 6);
+    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_rejected == 0));
+}
+
+#[test]
+fn an_empty_scene_is_empty() {
+    let world = upload(&Scene::default());
+    let mut session = Session::new(&world, &eye(), small(16));
+    let pixels = session.run(&world, 3);
+    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces == 0));
+    let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&read(session.technique.counts(0)));
+    assert_eq!(counts[..2], [0, 0]);
+}
+
+/// A light of no number is left out and counted, and nothing of it stays.
+#[test]
+fn what_is_not_finite_is_counted_and_left_out() {
+    let mut world = lit_room();
+    world.lights.push(Light::Point {
+        position: Vec3::new(0.5, 0.5, 0.5),
+        intensity: Vec3::splat(f32::INFINITY),
+        range: None,
+    });
+    let world = upload(&world);
+    let mut session = Session::new(&world, &eye(), small(16));
+    let pixels = session.run(&world, 8);
+    assert!(pixels.iter().all(|pixel| pixel.indirect.is_finite()));
+    let rejected: Vec<u32> = bytemuck::pod_collect_to_vec(&read(session.technique.n_rejected()));
+    assert!(rejected[0] > 0);
+}
+
+#[test]
+fn colors_of_no_number_do_no_harm() {
+    let mut world = lit_room();
+    for mesh in &mut world.meshes {
+        mesh.colors = vec![Vec4::splat(f32::NAN); mesh.positions.len()];
+    }
+    let world = upload(&world);
+    let pixels = Session::new(&world, &eye(), small(16)).run(&world, 6);
+    assert!(pixels.iter().all(|pixel| pixel.indirect.is_finite()));
+}
+
+#[test]
+fn settings_out_of_range_are_refused() {
+    let world = upload(&lit_room());
+    for settings in [
+        VoxelRtSettings { resolution: 0, ..Default::default() },
+        VoxelRtSettings { resolution: 257, ..Default::default() },
+        VoxelRtSettings { n_levels: 0, ..Default::default() },
+        VoxelRtSettings { n_levels: 7, ..Default::default() },
+        VoxelRtSettings { points_per_face: 0, ..Default::default() },
+        VoxelRtSettings { max_rays: 0, ..Default::default() },
+        VoxelRtSettings { max_rays: 65537, ..Default::default() },
+    ] {
+        let error = VoxelRt::new(gpu(), &world, settings, Vec3::ZERO).unwrap_err();
+        assert!(matches!(error, VoxelRtError::Setting { .. }), "{settings:?}: {error}");
+    }
+}
+
+/// Plain trilinear look-ups darken where cells are empty (the source's dark streaks); valid ones give
+/// the furnace's even light.
+#[test]
+fn valid_lookups_have_no_dark_streaks() {
+    let material = Material { emission: EMISSION.into(), ..lambert([0.5; 3]) };
+    let world = upload(&scene(room([2.0, 1.0, 3.0], 0), vec![material]));
+    let darkest = |lookup| {
+        let settings = VoxelRtSettings { lookup, points_per_face: 2, ..small(16) };
+        let mut session = Session::new(&world, &eye(), settings);
+        session.run(&world, 32);
+        // ρ/π · E, E = π·L_e·ρ/(1 − ρ).
+        let expected = EMISSION[1] * 0.5 * 0.5 / 0.5;
+        let picture = session.picture(&world, 8, Channel::Indirect);
+        picture.iter().map(|pixel| pixel.y / expected).fold(f32::MAX, f32::min)
+    };
+    let (valid, plain, seven) =
+        (darkest(Lookup::Valid), darkest(Lookup::Trilinear), darkest(Lookup::SevenTap));
+    eprintln!("darkest pixel: valid {valid}, trilinear {plain}, seven taps {seven}");
+    assert!(valid > 0.9);
+    assert!(plain < 0.7);
+}
+
+/// Mean indirect light that the camera sees in a dark room, relative to the lit one beside it.
+fn leak(wall: [f32; 2], door: bool) -> f64 {
+    // 4 m × 2 m × 2 m, divided by a wall across x; the light stands on the left.
+    let mut meshes = room([4.0, 2.0, 2.0], 0);
+    let depth = if door { 1.4 } else { 2.0 };
+    let [a, b] = wall;
+    meshes.push(quad([[a, 0.0, 0.0], [a, 0.0, depth], [a, 2.0, depth], [a, 2.0, 0.0]], 0));
+    meshes.last_mut().unwrap().triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    meshes.push(quad([[b, 0.0, 0.0], [b, 0.0, depth], [b, 2.0, depth], [b, 2.0, 0.0]], 0));
+    if door {
+        meshes.push(quad([[a, 0.0, depth], [b, 0.0, depth], [b, 2.0, depth], [a, 2.0, depth]], 0));
+    }
+    let mut world = scene(meshes, vec![lambert([0.6; 3])]);
+    world.lights.push(Light::Point {
+        position: Vec3::new(0.8, 1.6, 0.8),
+        intensity: Vec3::splat(3.0),
+        range: None,
+    });
+    let world = upload(&world);
+    let look = |eye, target| {
+        let mut session = Session::new(&world, &camera(eye, target), small(32));
+        session.run(&world, 48);
+        session.mean(&world, 8, Channel::Indirect).x
+    };
+    let lit = look([0.2, 1.0, 1.8], [1.8, 0.5, 0.4]);
+    let dark = look([3.8, 1.0, 1.8], [2.2, 0.5, 0.4]);
+    dark / lit
+}
+
+/// A wall of 0.3 voxels (a voxel is 4 m/29 = 0.14 m) wherever it stands within its cell: less than
+/// 2 % of the lit room's light arrives, as the issue of the technique asks. Nothing at all should.
+#[test]
+fn thin_walls_keep_light_out() {
+    let voxel = 4.0 / 29.0;
+    for shift in [0.0, 0.2, 0.4, 0.6, 0.8] {
+        let a = 2.0 + shift * voxel;
+        let leak = leak([a, a + 0.3 * voxel], false);
+        eprintln!("wall at {a:.3}: {leak:.5}");
+        assert!(leak < 0.02, "wall at {a}: {leak}");
+    }
+}
+
+/// And an open door lets some through.
+#[test]
+fn open_doors_let_light_in() {
+    let leak = leak([2.0, 2.04], true);
+    assert!(leak > 0.03, "{leak}");
+}

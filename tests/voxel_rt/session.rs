@@ -1,0 +1,80 @@
+//! Frames of the technique over scenes that may change between them.
+
+use crate::harness::{gpu, read};
+use glam::{DVec3, UVec2, Vec3};
+use lucerna::frame::{DirectSettings, Frame, FramePasses, View, ViewSettings};
+use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
+use lucerna::reference::{Channel, PixelSums, resolve};
+use lucerna::scene::{Camera, Projection, Scene};
+use lucerna::voxel_rt::{VoxelRt, VoxelRtSettings};
+
+pub const SIDE: u32 = 24;
+
+/// A scene on the GPU, every material Lambert; the last instance carries the mark of moving ones.
+pub fn upload(scene: &Scene) -> GpuScene {
+    let options = GpuSceneOptions { diffuse_only: true, ..Default::default() };
+    let last = scene.instances.len().saturating_sub(1);
+    GpuScene::with_moving(gpu(), scene, options, &|instance| instance == last).unwrap()
+}
+
+pub fn camera(eye: [f32; 3], target: [f32; 3]) -> Camera {
+    let position = Vec3::from(eye);
+    let forward = (Vec3::from(target) - position).normalize();
+    let right = forward.cross(Vec3::Y).normalize();
+    Camera {
+        name: String::new(),
+        position,
+        forward,
+        up: right.cross(forward),
+        projection: Projection::Perspective { vertical_fov: 1.2 },
+    }
+}
+
+/// A technique under way.
+pub struct Session {
+    pub technique: VoxelRt,
+    camera: Camera,
+    passes: FramePasses,
+    view: View,
+}
+
+impl Session {
+    pub fn new(scene: &GpuScene, camera: &Camera, settings: VoxelRtSettings) -> Self {
+        let size = UVec2::splat(SIDE);
+        Self {
+            technique: VoxelRt::new(gpu(), scene, settings, camera.position).unwrap(),
+            camera: camera.clone(),
+            passes: FramePasses::new(gpu(), scene, size, DirectSettings::default()).unwrap(),
+            view: View::new(gpu(), size),
+        }
+    }
+
+    /// The next frames; returns the sums of their pixels.
+    pub fn run(&mut self, scene: &GpuScene, n_frames: u32) -> Vec<PixelSums> {
+        let settings =
+            ViewSettings { n_accumulated: n_frames, seed: 0, near: 0.01, irradiance: false };
+        self.passes.accumulator.reset();
+        for _ in 0..n_frames {
+            self.view.advance(gpu(), scene, &self.camera, &settings);
+            let mut encoder = gpu().device.create_command_encoder(&Default::default());
+            let view = &self.view;
+            let mut frame = Frame { gpu: gpu(), encoder: &mut encoder, scene, view, timers: None };
+            self.passes.record(&mut frame, &mut self.technique).unwrap();
+            gpu().queue.submit([encoder.finish()]);
+        }
+        let stripes = self.passes.accumulator.film().stripes();
+        assert_eq!(stripes.len(), 1);
+        bytemuck::pod_collect_to_vec(&read(&stripes[0].sums))
+    }
+
+    /// The next frames' picture of a channel.
+    pub fn picture(&mut self, scene: &GpuScene, n_frames: u32, channel: Channel) -> Vec<Vec3> {
+        resolve(&self.run(scene, n_frames), UVec2::splat(SIDE), channel).rgb
+    }
+
+    /// The mean of a channel over the picture.
+    pub fn mean(&mut self, scene: &GpuScene, n_frames: u32, channel: Channel) -> DVec3 {
+        let picture = self.picture(scene, n_frames, channel);
+        picture.iter().map(|pixel| pixel.as_dvec3()).sum::<DVec3>() / picture.len() as f64
+    }
+}
