@@ -106,7 +106,8 @@ pub struct RenderArguments {
     /// pixel and frame.
     #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
-    /// Reflections after the first; 0: direct light only.
+    /// Reflections after the first; 0: direct light only. `voxel-rt` knows 0, 1, and without end
+    /// (2 and more).
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=1000))]
     bounces: u32,
     #[command(flatten)]

@@ -71,7 +71,7 @@ pub enum VoxelError {
         /// Faces a voxel.
         n_faces: u32,
     },
-    /// The scene is another than the voxelizer was made for.
+    /// The scene has another number of triangles than the one that the voxelizer was made for.
     #[error("the voxelizer was made for a scene of {expected} triangles, and this one has {found}")]
     OtherScene {
         /// Triangles of the scene it was made for.

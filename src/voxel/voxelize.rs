@@ -44,6 +44,7 @@ pub(super) struct Work {
     pub(super) first: wgpu::Buffer,
     pub(super) indirect: wgpu::Buffer,
     n_triangles: u32,
+    variant: &'static str,
 }
 
 fn set_of(triangles: Triangles) -> count_work::TriangleSet {
@@ -112,6 +113,7 @@ impl Work {
             first,
             indirect,
             n_triangles: scene.n_triangles(),
+            variant: scene.variant(),
         })
     }
 
@@ -122,6 +124,7 @@ impl Work {
         scene: &GpuScene,
         triangles: Triangles,
     ) -> Result<(), VoxelError> {
+        assert_eq!(self.variant, scene.variant(), "compiled for another variant");
         if scene.n_triangles() != self.n_triangles {
             return Err(VoxelError::OtherScene {
                 expected: self.n_triangles,
@@ -276,6 +279,9 @@ impl Voxelizer {
     ///
     /// # Errors
     /// [`VoxelError::OtherScene`]; nothing useful is recorded then.
+    ///
+    /// # Panics
+    /// If the scene's variant is another than the one that the kernels were compiled for.
     pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -386,6 +392,9 @@ impl TriangleCounter {
     ///
     /// # Errors
     /// [`VoxelError::OtherScene`].
+    ///
+    /// # Panics
+    /// If the scene's variant is another than the one that the kernels were compiled for.
     pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -22,7 +22,6 @@ mod structure;
 mod walls;
 mod write;
 
-use crate::bindings::baseline::kernels::voxel_rt::gather as kernel;
 use crate::bindings::baseline::lucerna::voxel::levels::{VoxelLevel, VoxelLevels};
 use crate::frame::{Frame, GBuffer, Technique};
 use crate::gpu::{Gpu, GpuError};
@@ -285,12 +284,6 @@ impl VoxelRt {
         let light_rays = learning(self.frames_since_change).saturating_mul(n_points);
         let moving_rays = learning(self.frames_since_motion).saturating_mul(n_points);
         let max_rays = self.settings.max_rays.min(moving_rays.max(RAYS_WHILE_MOVING));
-        let flags = match self.settings.bounces {
-            Bounces::None | Bounces::One => kernel::GATHER_DIRECT | kernel::GATHER_BOUNCE,
-            Bounces::Unlimited => {
-                kernel::GATHER_DIRECT | kernel::GATHER_BOUNCE | kernel::GATHER_FEEDBACK
-            }
-        };
         {
             let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some("voxel_rt/gather"),
@@ -301,7 +294,7 @@ impl VoxelRt {
                     frame: self.n_frames,
                     seed: self.settings.seed,
                     n_points,
-                    flags,
+                    feedback: u32::from(self.settings.bounces == Bounces::Unlimited),
                     light_rays: light_rays as f32,
                     max_rays: max_rays as f32,
                     level: level as u32,

@@ -2,7 +2,7 @@
 //! radiance L_e/(1 − ρ) in every direction, and of n reflections L_e·ρⁿ.
 
 use crate::harness::ray_query_gpu;
-use crate::support::{batches, lambert, on_gpu, quad, scene, settings};
+use crate::support::{batches, lambert, on_gpu, room, scene, settings};
 use glam::{DVec3, Vec3};
 use lucerna::gpu_scene::RaySource;
 use lucerna::reference::Channel;
@@ -12,17 +12,8 @@ const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
 
 /// 2 m × 1 m × 3 m, seen from inside.
 fn box_from_inside(albedo: f32) -> Scene {
-    let [a, b, c] = [2.0, 1.0, 3.0];
-    let walls = [
-        [[0.0, 0.0, 0.0], [0.0, 0.0, c], [a, 0.0, c], [a, 0.0, 0.0]],
-        [[0.0, b, 0.0], [a, b, 0.0], [a, b, c], [0.0, b, c]],
-        [[0.0, 0.0, 0.0], [a, 0.0, 0.0], [a, b, 0.0], [0.0, b, 0.0]],
-        [[0.0, 0.0, c], [0.0, b, c], [a, b, c], [a, 0.0, c]],
-        [[0.0, 0.0, 0.0], [0.0, b, 0.0], [0.0, b, c], [0.0, 0.0, c]],
-        [[a, 0.0, 0.0], [a, 0.0, c], [a, b, c], [a, b, 0.0]],
-    ];
     let material = Material { emission: EMISSION.into(), ..lambert([albedo; 3]) };
-    scene(walls.map(|corners| quad(corners, 0)).to_vec(), vec![material])
+    scene(room([2.0, 1.0, 3.0], 0), vec![material])
 }
 
 fn camera() -> Camera {

@@ -30,6 +30,20 @@ pub fn ceiling(half: f32, y: f32, material: usize) -> Mesh {
     quad([[-half, y, half], [-half, y, -half], [half, y, -half], [half, y, half]], material)
 }
 
+/// Walls of a box that face inwards: x, y, z from 0 to these.
+pub fn room([a, b, c]: [f32; 3], material: usize) -> Vec<Mesh> {
+    [
+        [[0.0, 0.0, 0.0], [0.0, 0.0, c], [a, 0.0, c], [a, 0.0, 0.0]],
+        [[0.0, b, 0.0], [a, b, 0.0], [a, b, c], [0.0, b, c]],
+        [[0.0, 0.0, 0.0], [a, 0.0, 0.0], [a, b, 0.0], [0.0, b, 0.0]],
+        [[0.0, 0.0, c], [0.0, b, c], [a, b, c], [a, 0.0, c]],
+        [[0.0, 0.0, 0.0], [0.0, b, 0.0], [0.0, b, c], [0.0, 0.0, c]],
+        [[a, 0.0, 0.0], [a, 0.0, c], [a, b, c], [a, b, 0.0]],
+    ]
+    .map(|corners| quad(corners, material))
+    .to_vec()
+}
+
 pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>) -> Scene {
     let instances = (0..meshes.len())
         .map(|mesh| Instance { mesh, world_from_object: Affine3A::IDENTITY })

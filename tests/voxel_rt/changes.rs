@@ -1,8 +1,7 @@
 //! Lights and objects that change between frames: each change is a `GpuScene` built anew.
 
-use crate::furnace::room;
 use crate::session::{Session, camera, upload};
-use crate::support::{floor, lambert, scene};
+use crate::support::{floor, lambert, room, scene};
 use glam::{Affine3A, DVec3, Vec3};
 use lucerna::reference::Channel;
 use lucerna::scene::{Camera, Light, Scene};

@@ -1,9 +1,9 @@
 //! What a technique meets at the ends of its range.
 
-use crate::furnace::{EMISSION, room};
+use crate::furnace::EMISSION;
 use crate::harness::{gpu, read};
 use crate::session::{Session, camera, upload};
-use crate::support::{lambert, quad, scene};
+use crate::support::{lambert, quad, room, scene};
 use glam::{Vec3, Vec4};
 use lucerna::reference::Channel;
 use lucerna::scene::{Light, Material, Scene};

@@ -33,7 +33,8 @@ pub fn camera(eye: [f32; 3], target: [f32; 3]) -> Camera {
 /// A technique under way.
 pub struct Session {
     pub technique: VoxelRt,
-    camera: Camera,
+    /// May be put elsewhere between frames.
+    pub camera: Camera,
     passes: FramePasses,
     view: View,
 }

@@ -51,17 +51,14 @@ const SHUT_IN_CELLS: f32 = 1.5;
 /// turned into walls or out of the building.
 const IDLE_AFTER: f32 = 16.0;
 const IDLE_PERIOD: u32 = 16u;
-/// Bits of `flags`: sample lights; sample bounces; reflected light counts again (else: direct only).
-const GATHER_DIRECT: u32 = 1u;
-const GATHER_BOUNCE: u32 = 2u;
-const GATHER_FEEDBACK: u32 = 4u;
 
 struct GatherInfo {
     frame: u32,
     seed: u32,
     /// Points drawn on each face.
     n_points: u32,
-    flags: u32,
+    /// 1: reflected light is reflected again. 0: direct light alone is reflected.
+    feedback: u32,
     /// See `cache::renew`.
     light_rays: f32,
     max_rays: f32,
@@ -98,8 +95,7 @@ fn walls_of_slot(level: VoxelLevel, slot: u32) -> u32 {
 
 /// What of a face's light a bounce sees reflected.
 fn reflectable(light: FaceLight) -> vec3<f32> {
-    let feedback = (info.flags & GATHER_FEEDBACK) != 0u;
-    return light.direct + select(vec3<f32>(0.0), light.feedback, feedback);
+    return light.direct + select(vec3<f32>(0.0), light.feedback, info.feedback != 0u);
 }
 
 /// What a level held around a point of its grid, on the side of the normal: a sum weighted by
@@ -203,7 +199,7 @@ fn add_sample(
     }
     let surface = seen_from(found, -outward);
 
-    // The bounce first: it may show that the point is shut in. Without bounces it is traced all the same.
+    // The bounce first: it may show that the point is shut in.
     let local = sample_cosine_hemisphere(sobol_owen(sample_ix, hash.y));
     let direction = frame_from_normal(surface.shading_normal) * local;
     let pdf = local.z * INV_PI;
@@ -225,15 +221,11 @@ fn add_sample(
                 let light_pdf = pdf_of_emitter(far.triangle, direction, far.t);
                 direct = PI * power_heuristic(pdf, light_pdf) * met.emission;
             }
-            if (info.flags & GATHER_BOUNCE) != 0u {
-                indirect = reflected_light(met, direction);
-            }
+            indirect = reflected_light(met, direction);
         }
     }
-    if (info.flags & GATHER_DIRECT) != 0u {
-        let choice = random_vec4(hash.yz, sample_ix, 0u).xw;
-        direct += drawn_light(surface, vec4<f32>(choice.x, sobol_owen(sample_ix, hash.z), choice.y));
-    }
+    let choice = random_vec4(hash.yz, sample_ix, 0u).xw;
+    direct += drawn_light(surface, vec4<f32>(choice.x, sobol_owen(sample_ix, hash.z), choice.y));
     samples.n_hits += 1.0;
     samples.depth += hit.t / level.grid.cell - BORDER;
     if all_finite(direct) && all_finite(indirect) {
