@@ -94,6 +94,9 @@ impl From<ChannelArgument> for Channel {
     }
 }
 
+/// Reflections after the first that the reference follows if nobody says how many.
+const REFERENCE_BOUNCES: u32 = 16;
+
 /// `lucerna render`.
 #[derive(Args, Clone, Debug)]
 pub struct RenderArguments {
@@ -106,10 +109,10 @@ pub struct RenderArguments {
     /// pixel and frame.
     #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
-    /// Reflections after the first; 0: direct light only. `voxel-rt` knows 0, 1, and without end
-    /// (2 and more).
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=1000))]
-    bounces: u32,
+    /// Reflections after the first; 0: direct light only. [default: 16 for the reference; as many as
+    /// there are for `voxel-rt`, where each that is counted costs a ray]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    bounces: Option<u32>,
     #[command(flatten)]
     realtime: realtime::RealtimeArguments,
     #[command(flatten)]
@@ -139,7 +142,7 @@ pub struct ReferenceArguments {
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     spp: u32,
     /// Reflections after the first; 0: direct light only.
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    #[arg(long, default_value_t = REFERENCE_BOUNCES, value_parser = clap::value_parser!(u32).range(0..=1000))]
     bounces: u32,
     #[command(flatten)]
     output: OutputArguments,
@@ -154,7 +157,7 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
             &arguments.adapter,
             &arguments.output,
             arguments.frames,
-            arguments.bounces,
+            arguments.bounces.unwrap_or(REFERENCE_BOUNCES),
         ),
         Technique::Direct => realtime::render(arguments, |_, _, _| Ok(lucerna::frame::NoIndirect)),
         Technique::VoxelRt => realtime::render(arguments, |gpu, scene, camera| {

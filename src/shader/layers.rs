@@ -1,4 +1,4 @@
-//! The rules of the three layers, checked on the text.
+//! The rules of the layers, checked on the text.
 
 use super::KERNELS;
 use super::library::Source;
@@ -12,6 +12,9 @@ pub enum Layer {
     Pure,
     /// `host/`: may declare bindings of group 0.
     Seam,
+    /// `fields/`: light that a technique keeps, looked up by several kernels; may declare bindings of
+    /// group 2.
+    Field,
     /// `kernels/`: entry points with bindings of groups 1 to 3.
     Kernel,
 }
@@ -20,6 +23,7 @@ pub fn layer_of(import_path: &str) -> Layer {
     match import_path.split("::").nth(1) {
         Some(KERNELS) => Layer::Kernel,
         Some("host") => Layer::Seam,
+        Some("fields") => Layer::Field,
         _ => Layer::Pure,
     }
 }
@@ -36,18 +40,21 @@ pub fn check(source: &Source) -> Vec<Problem> {
                 Rule::PureModule,
                 "a pure module declares no binding: take the value as an argument".into(),
             )),
-            (Layer::Pure | Layer::Seam, DeclarationKind::Variable("workgroup")) => {
+            (Layer::Pure | Layer::Seam | Layer::Field, DeclarationKind::Variable("workgroup")) => {
                 Some((Rule::PureModule, "only a kernel declares workgroup variables".into()))
             }
             (Layer::Pure, DeclarationKind::Variable(space)) => {
                 Some((Rule::PureModule, format!("a pure module keeps no state: `var<{space}>`")))
             }
-            (Layer::Pure | Layer::Seam, DeclarationKind::Entry(stage)) => Some((
+            (Layer::Pure | Layer::Seam | Layer::Field, DeclarationKind::Entry(stage)) => Some((
                 Rule::PureModule,
                 format!("an entry point (@{stage}) stands in a kernel, under {KERNELS}/"),
             )),
             (Layer::Seam, DeclarationKind::Group(group)) if group != "0" => {
                 Some((Rule::BindGroup, format!("the host seam owns group 0 alone, not {group}")))
+            }
+            (Layer::Field, DeclarationKind::Group(group)) if group != "2" => {
+                Some((Rule::BindGroup, format!("fields bind in group 2 alone, not in {group}")))
             }
             (Layer::Kernel, DeclarationKind::Group("0")) => Some((
                 Rule::BindGroup,

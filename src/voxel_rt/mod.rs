@@ -7,15 +7,17 @@
 //! ```text
 //! Voxelizer ──structure──▶ CarryPass ──▶ GatherPass (every frame) ──▶ ShadePass
 //!  when something moved     keeps what     rays from the faces of       G-buffer → indirect
-//!  or the grid scrolled     is known       voxels, n bounces            radiance
+//!  or the grid scrolled     is known       voxels; then PublishPass     radiance
 //! ```
 //!
 //! Apart from that, [`VoxelInjector`] deposits irradiance by rays from lights or the camera, as the source
 //! does, with one of four [`WriteStrategy`]s; [`VoxelRt`] does not use it yet.
 
+mod cache;
 mod carry;
 mod gather;
 mod inject;
+mod publish;
 mod settings;
 mod shade;
 mod structure;
@@ -26,7 +28,6 @@ use crate::bindings::baseline::lucerna::voxel::levels::{VoxelLevel, VoxelLevels}
 use crate::frame::{Frame, GBuffer, Technique};
 use crate::gpu::{Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
-use crate::pass::{buffer, storage_buffer};
 use crate::voxel::{
     BRICK, MAX_BINDING, RECORD_GROUPS_OFFSET, Resolution, Triangles, VOXEL_GROUPS_OFFSET,
     VoxelError, VoxelGrid, Voxelizer, grid_for_bounds, n_bricks,
@@ -36,13 +37,15 @@ use std::mem::offset_of;
 
 pub use crate::bindings::baseline::kernels::voxel_rt::inject::{RUN_SIDE, VoxelSample};
 pub use crate::bindings::baseline::lucerna::voxel_rt::cache::FaceLight;
-pub use carry::{CarryBuffers, CarryInfo, CarryPass};
-pub use gather::{GatherBuffers, GatherInfo, GatherPass};
+pub use cache::CacheBuffers;
+pub use carry::{CarryInfo, CarryPass};
+pub use gather::{GatherInfo, GatherPass};
 pub use inject::{Injection, InjectionSource, VoxelInjector, largest_irradiance};
+pub use publish::{PublishInfo, PublishPass};
 pub use settings::{Bounces, Lookup, VoxelRtSettings};
-pub use shade::{ShadeBuffers, ShadePass};
+pub use shade::ShadePass;
 pub use structure::sparse_grid;
-pub use walls::{WallsBuffers, WallsPass};
+pub use walls::{WallsInfo, WallsPass};
 pub use write::{InjectError, RejectedSamples, VoxelIrradiance, WriteStrategy};
 
 /// `voxel-rt` could not be set up.
@@ -96,18 +99,11 @@ pub struct VoxelRt {
     settings: VoxelRtSettings,
     levels: Vec<Level>,
     layout: VoxelLevels,
-    levels_buffer: wgpu::Buffer,
-    /// As uniforms, 16 bytes a level.
-    counts: Vec<wgpu::Buffer>,
-    structure: wgpu::Buffer,
-    structure_before: wgpu::Buffer,
-    lights: [wgpu::Buffer; 2],
-    n_rejected: wgpu::Buffer,
-    /// Which of `lights` holds the newest.
-    newest: usize,
+    buffers: CacheBuffers,
     gather: GatherPass,
     carry: CarryPass,
     walls: WallsPass,
+    publish: PublishPass,
     shade: ShadePass,
     /// What is to be voxelized before the next frame.
     pending: Option<Triangles>,
@@ -157,68 +153,17 @@ impl VoxelRt {
             n_records += grid.capacity * n_faces;
             levels.push(Level { voxelizer: Voxelizer::new(gpu, scene, grid)?, corner });
         }
-        let storage = |what, bytes: u64| {
-            let advice = "use a lower resolution, fewer levels, or an isotropic grid";
-            storage_buffer(gpu, what, bytes, wgpu::BufferUsages::COPY_DST, advice)
-        };
-        let light_bytes = u64::from(n_records) * size_of::<FaceLight>() as u64;
-        let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-        let levels_buffer = buffer(gpu, "voxel levels", size_of::<VoxelLevels>() as u64, uniform);
-        gpu.queue.write_buffer(&levels_buffer, 0, bytemuck::bytes_of(&layout));
-        let counts: Vec<_> = levels
-            .iter()
-            .map(|_| buffer(gpu, "voxel counts", 16, uniform | wgpu::BufferUsages::COPY_SRC))
-            .collect();
-        let structure = storage("voxel structure", u64::from(n_words) * 8)?;
-        let structure_before = storage("former voxel structure", u64::from(n_words) * 8)?;
-        let lights =
-            [storage("light of voxels", light_bytes)?, storage("light of voxels", light_bytes)?];
-        let n_rejected = storage("count of rejected samples", 4)?;
-        let gather = GatherPass::new(
-            gpu,
-            scene,
-            &GatherBuffers {
-                levels: &levels_buffer,
-                counts: &counts,
-                structure: &structure,
-                lights: &lights,
-            },
-        );
-        let carry = CarryPass::new(
-            gpu,
-            &CarryBuffers {
-                levels: &levels_buffer,
-                counts: &counts,
-                structure: &structure,
-                structure_before: &structure_before,
-                lights: &lights,
-            },
-        );
-        let walls = WallsPass::new(
-            gpu,
-            &WallsBuffers {
-                levels: &levels_buffer,
-                counts: &counts,
-                structure: &structure,
-                lights: &lights,
-                n_rejected: &n_rejected,
-            },
-        );
+        let buffers = CacheBuffers::new(gpu, &layout, n_words, n_records)?;
         Ok(Self {
             settings,
             levels,
             layout,
-            levels_buffer,
-            counts,
-            structure,
-            structure_before,
-            lights,
-            n_rejected,
-            newest: 0,
-            gather,
-            carry,
-            walls,
-            shade: ShadePass::new(gpu, settings.lookup),
+            gather: GatherPass::new(gpu, scene, &buffers),
+            carry: CarryPass::new(gpu, &buffers),
+            walls: WallsPass::new(gpu, &buffers),
+            publish: PublishPass::new(gpu, &buffers),
+            shade: ShadePass::new(gpu, &buffers, settings.lookup),
+            buffers,
             pending: Some(Triangles::All),
             frames_since_change: 0,
             frames_since_motion: 0,
@@ -231,21 +176,9 @@ impl VoxelRt {
         &self.settings
     }
 
-    /// The newest records, `array<FaceLight>`: of each level, slot · faces + face; and the levels'
-    /// layout, uniform `VoxelLevels`.
-    pub fn light(&self) -> (&wgpu::Buffer, &wgpu::Buffer) {
-        (&self.lights[self.newest], &self.levels_buffer)
-    }
-
-    /// How many voxels a level has, and how many found no room: two u32 at the buffer's beginning.
-    pub fn counts(&self, level: usize) -> &wgpu::Buffer {
-        &self.counts[level]
-    }
-
-    /// One u32: how often a face had to leave out samples that were not finite, over all frames. They
-    /// count as dark.
-    pub fn n_rejected(&self) -> &wgpu::Buffer {
-        &self.n_rejected
+    /// What is kept between frames.
+    pub fn buffers(&self) -> &CacheBuffers {
+        &self.buffers
     }
 
     /// Says what has changed since the last [`update`](Self::update). The history is given up, and
@@ -271,7 +204,7 @@ impl VoxelRt {
     /// # Panics
     /// If the scene's variant is another.
     pub fn renew(&mut self, frame: &mut Frame) -> Result<(), VoxelRtError> {
-        if self.settings.bounces == Bounces::None {
+        if self.settings.bounces == Bounces::UpTo(0) {
             return Ok(());
         }
         let (gpu, scene) = (frame.gpu, frame.scene);
@@ -289,30 +222,41 @@ impl VoxelRt {
                 label: Some("voxel_rt/gather"),
                 timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/gather")),
             });
-            for (level, of_level) in self.levels.iter().enumerate() {
+            for (level, of_level) in (0..).zip(&self.levels) {
                 let info = GatherInfo {
                     frame: self.n_frames,
                     seed: self.settings.seed,
                     n_points,
-                    feedback: u32::from(self.settings.bounces == Bounces::Unlimited),
+                    n_bounces: match self.settings.bounces {
+                        Bounces::UpTo(n) => n,
+                        Bounces::Unlimited => 1,
+                    },
                     light_rays: light_rays as f32,
                     max_rays: max_rays as f32,
-                    level: level as u32,
+                    level,
+                    finds_direct: 1,
+                };
+                let arguments = (of_level.voxelizer.counts(), RECORD_GROUPS_OFFSET);
+                self.gather.record(gpu, &mut pass, scene, &info, arguments);
+            }
+        }
+        {
+            let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("voxel_rt/publish"),
+                timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/publish")),
+            });
+            for (level, of_level) in (0..).zip(&self.levels) {
+                let info = WallsInfo { level, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
+                let arguments = (of_level.voxelizer.counts(), VOXEL_GROUPS_OFFSET);
+                self.walls.record(gpu, &mut pass, &info, arguments);
+                let info = PublishInfo {
+                    level,
+                    feedback: u32::from(self.settings.bounces == Bounces::Unlimited),
+                    light_rays: light_rays as f32,
                     reserved: 0,
                 };
                 let arguments = (of_level.voxelizer.counts(), RECORD_GROUPS_OFFSET);
-                self.gather.record(gpu, &mut pass, scene, info, self.newest, arguments);
-            }
-        }
-        self.newest = 1 - self.newest;
-        {
-            let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("voxel_rt/walls"),
-                timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/walls")),
-            });
-            for (level, of_level) in self.levels.iter().enumerate() {
-                let arguments = (of_level.voxelizer.counts(), VOXEL_GROUPS_OFFSET);
-                self.walls.record(&mut pass, level, self.newest, arguments);
+                self.publish.record(gpu, &mut pass, &info, arguments);
             }
         }
         self.n_frames += 1;
@@ -339,7 +283,7 @@ impl VoxelRt {
             }
         }
         if shifts != [IVec3::ZERO; MAX_LEVELS as usize] {
-            gpu.queue.write_buffer(&self.levels_buffer, 0, bytemuck::bytes_of(&self.layout));
+            gpu.queue.write_buffer(&self.buffers.levels, 0, bytemuck::bytes_of(&self.layout));
         }
         shifts
     }
@@ -348,13 +292,12 @@ impl VoxelRt {
     fn voxelize(&mut self, frame: &mut Frame, shifts: &[IVec3]) -> Result<(), VoxelRtError> {
         let (gpu, scene) = (frame.gpu, frame.scene);
         let pending = self.pending;
-        frame.encoder.copy_buffer_to_buffer(
-            &self.structure,
-            0,
-            &self.structure_before,
-            0,
-            self.structure.size(),
-        );
+        for (now, before) in [
+            (&self.buffers.structure, &self.buffers.structure_before),
+            (&self.buffers.lights, &self.buffers.lights_before),
+        ] {
+            frame.encoder.copy_buffer_to_buffer(now, 0, before, 0, now.size());
+        }
         for (ix, level) in self.levels.iter().enumerate() {
             let triangles = if shifts[ix] == IVec3::ZERO { pending } else { Some(Triangles::All) };
             if let Some(triangles) = triangles {
@@ -365,11 +308,11 @@ impl VoxelRt {
                 let bytes =
                     u64::from(n_bricks(level.voxelizer.grid()) + level.voxelizer.grid().capacity)
                         * 8;
-                frame.encoder.copy_buffer_to_buffer(from, 0, &self.structure, to, bytes);
+                frame.encoder.copy_buffer_to_buffer(from, 0, &self.buffers.structure, to, bytes);
                 frame.encoder.copy_buffer_to_buffer(
                     level.voxelizer.counts(),
                     0,
-                    &self.counts[ix],
+                    &self.buffers.counts[ix],
                     0,
                     16,
                 );
@@ -382,10 +325,9 @@ impl VoxelRt {
         for (ix, level) in self.levels.iter().enumerate() {
             let info = CarryInfo { shift: shifts[ix], level: ix as u32 };
             let arguments = (level.voxelizer.counts(), VOXEL_GROUPS_OFFSET);
-            self.carry.record(gpu, &mut pass, info, self.newest, arguments);
+            self.carry.record(gpu, &mut pass, &info, arguments);
         }
         drop(pass);
-        self.newest = 1 - self.newest;
         self.pending = None;
         Ok(())
     }
@@ -449,14 +391,9 @@ impl Technique for VoxelRt {
     }
 
     fn shade(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> Option<wgpu::TextureView> {
-        if self.settings.bounces == Bounces::None {
+        if self.settings.bounces == Bounces::UpTo(0) {
             return None;
         }
-        let buffers = ShadeBuffers {
-            levels: &self.levels_buffer,
-            structure: &self.structure,
-            lights: &self.lights[self.newest],
-        };
-        Some(self.shade.record(frame, gbuffer, &buffers))
+        Some(self.shade.record(frame, gbuffer))
     }
 }

@@ -5,11 +5,10 @@ use super::{MAX_LEVELS, VoxelRtError};
 /// How often light is reflected before it is counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bounces {
-    /// No indirect light.
-    None,
-    /// Light that was reflected once before it reaches the surface that is seen.
-    One,
-    /// Reflected light is reflected again, a bounce a frame, without end.
+    /// At most so many times before it reaches the surface that is seen; 0: no indirect light. Each
+    /// costs a ray for each point of a face.
+    UpTo(u32),
+    /// Reflected light is reflected again, a bounce a frame, without end; for one ray.
     #[default]
     Unlimited,
 }
@@ -79,6 +78,9 @@ impl VoxelRtSettings {
         within("resolution", self.resolution, 1..=256, "1 to 256")?;
         within("n_levels", self.n_levels, 1..=MAX_LEVELS, "1 to 6")?;
         within("points_per_face", self.points_per_face, 1..=256, "1 to 256")?;
+        if let Bounces::UpTo(n) = self.bounces {
+            within("bounces", n, 0..=64, "0 to 64, or without end")?;
+        }
         within("max_rays", self.max_rays, 1..=65536, "1 to 65536")
     }
 }

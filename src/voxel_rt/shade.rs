@@ -1,7 +1,8 @@
 //! The kernel `voxel_rt/shade`: the picture's surfaces look the voxels up.
 
-use super::Lookup;
+use super::{CacheBuffers, Lookup};
 use crate::bindings::baseline::kernels::voxel_rt::shade as kernel;
+use crate::bindings::baseline::lucerna::fields::voxel_light;
 use crate::frame::{BindGroupCache, Frame, GBuffer, radiance_target};
 use crate::gpu::Gpu;
 use crate::pass::compute_pipeline;
@@ -12,41 +13,29 @@ use wgpu::util::DeviceExt;
 #[derive(Debug)]
 pub struct ShadePass {
     pipeline: wgpu::ComputePipeline,
-    picture_layout: wgpu::BindGroupLayout,
-    voxel_layout: wgpu::BindGroupLayout,
+    layout: wgpu::BindGroupLayout,
     info: wgpu::Buffer,
-    picture_groups: BindGroupCache,
-    voxel_groups: BindGroupCache,
+    groups: BindGroupCache,
+    field: wgpu::BindGroup,
     /// Made for the picture's size.
     target: Option<(UVec2, wgpu::TextureView)>,
 }
 
-/// What a [`ShadePass`] reads besides the G-buffer.
-#[derive(Debug)]
-pub struct ShadeBuffers<'a> {
-    /// `VoxelLevels`, uniform.
-    pub levels: &'a wgpu::Buffer,
-    /// Words of all levels.
-    pub structure: &'a wgpu::Buffer,
-    /// `FaceLight`s of all levels.
-    pub lights: &'a wgpu::Buffer,
-}
-
 impl ShadePass {
-    /// Compiles the kernel.
-    pub fn new(gpu: &Gpu, lookup: Lookup) -> Self {
-        let picture_layout = kernel::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
-        let voxel_layout = kernel::WgpuBindGroup2::get_bind_group_layout(&gpu.device);
+    /// Compiles the kernel and binds the cache.
+    pub fn new(gpu: &Gpu, buffers: &CacheBuffers, lookup: Lookup) -> Self {
+        let layout = kernel::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
+        let (field_layout, field) = buffers.field(gpu, &buffers.shown);
         let pipeline = compute_pipeline(
             gpu,
             "voxel_rt/shade",
             "",
-            &[None, Some(&picture_layout), Some(&voxel_layout)],
+            &[None, Some(&layout), Some(&field_layout)],
         );
         let lookup = match lookup {
-            Lookup::Valid => kernel::LOOKUP_VALID,
-            Lookup::Trilinear => kernel::LOOKUP_TRILINEAR,
-            Lookup::SevenTap => kernel::LOOKUP_SEVEN_TAP,
+            Lookup::Valid => voxel_light::LOOKUP_VALID,
+            Lookup::Trilinear => voxel_light::LOOKUP_TRILINEAR,
+            Lookup::SevenTap => voxel_light::LOOKUP_SEVEN_TAP,
         };
         let info = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("voxel_rt/shade"),
@@ -58,25 +47,12 @@ impl ShadePass {
             }),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        Self {
-            pipeline,
-            picture_layout,
-            voxel_layout,
-            info,
-            picture_groups: BindGroupCache::default(),
-            voxel_groups: BindGroupCache::default(),
-            target: None,
-        }
+        Self { pipeline, layout, info, groups: BindGroupCache::default(), field, target: None }
     }
 
     /// Records the look-ups of a picture and returns where they will stand: indirect radiance,
     /// `rgba32float`.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame,
-        gbuffer: &GBuffer,
-        buffers: &ShadeBuffers,
-    ) -> wgpu::TextureView {
+    pub fn record(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> wgpu::TextureView {
         let gpu = frame.gpu;
         let size = gbuffer.size();
         let target = match &self.target {
@@ -88,9 +64,9 @@ impl ShadePass {
             }
         };
         let uniform = frame.view.uniform();
-        let picture = self.picture_groups.get(
+        let group = self.groups.get(
             &[uniform],
-            &[&gbuffer.albedo, &gbuffer.normals, &gbuffer.emission, &gbuffer.depth],
+            &[&gbuffer.albedo, &gbuffer.normals, &gbuffer.emission, &gbuffer.depth, &target],
             || {
                 let entries =
                     kernel::WgpuBindGroup1Entries::new(kernel::WgpuBindGroup1EntriesParams {
@@ -99,35 +75,23 @@ impl ShadePass {
                         normal_texture: &gbuffer.normals,
                         emission_texture: &gbuffer.emission,
                         depth_texture: &gbuffer.depth,
+                        info: self.info.as_entire_buffer_binding(),
+                        indirect: &target,
                     });
                 gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                     label: Some("voxel_rt/shade"),
-                    layout: &self.picture_layout,
+                    layout: &self.layout,
                     entries: &entries.into_array(),
                 })
             },
         );
-        let voxels = self.voxel_groups.get(&[buffers.lights], &[&target], || {
-            let entries = kernel::WgpuBindGroup2Entries::new(kernel::WgpuBindGroup2EntriesParams {
-                levels: buffers.levels.as_entire_buffer_binding(),
-                info: self.info.as_entire_buffer_binding(),
-                structure: buffers.structure.as_entire_buffer_binding(),
-                lights: buffers.lights.as_entire_buffer_binding(),
-                indirect: &target,
-            });
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("voxel_rt/shade"),
-                layout: &self.voxel_layout,
-                entries: &entries.into_array(),
-            })
-        });
         let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("voxel_rt/shade"),
             timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/shade")),
         });
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(1, &picture, &[]);
-        pass.set_bind_group(2, &voxels, &[]);
+        pass.set_bind_group(1, &group, &[]);
+        pass.set_bind_group(2, &self.field, &[]);
         let [width, height, _] = kernel::compute::MAIN_WORKGROUP_SIZE;
         pass.dispatch_workgroups(size.x.div_ceil(width), size.y.div_ceil(height), 1);
         target

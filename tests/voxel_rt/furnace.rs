@@ -66,15 +66,18 @@ fn furnace_of_an_isotropic_grid_converges() {
 }
 
 #[test]
-fn furnace_stops_after_one_bounce() {
-    let settings = VoxelRtSettings { bounces: Bounces::One, ..coarse() };
-    converges(&furnace(0.5), 64, Reflections::UpTo(2), settings);
+fn furnace_stops_after_as_many_bounces_as_were_asked_for() {
+    for n in [1, 4] {
+        let settings = VoxelRtSettings { bounces: Bounces::UpTo(n), ..coarse() };
+        // The surface that is seen reflects once more.
+        converges(&furnace(0.8), 64, Reflections::UpTo(n as i32 + 1), settings);
+    }
 }
 
 #[test]
 fn furnace_without_bounces_has_no_indirect_light() {
     let world = upload(&furnace(0.5));
-    let settings = VoxelRtSettings { bounces: Bounces::None, ..coarse() };
+    let settings = VoxelRtSettings { bounces: Bounces::UpTo(0), ..coarse() };
     let mut session = Session::new(&world, &camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4]), settings);
     session.run(&world, 2);
     assert_eq!(session.mean(&world, 2, Channel::Indirect), DVec3::ZERO);
@@ -98,8 +101,8 @@ fn levels_that_scroll_keep_what_they_know() {
     session.run(&world, 16);
     session.camera = camera([0.05, 0.3, 0.05], [0.0, 0.25, 0.0]);
     session.run(&world, 1);
-    let light: Vec<FaceLight> = bytemuck::pod_collect_to_vec(&read(session.technique.light().0));
-    let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&read(session.technique.counts(0)));
+    let light: Vec<FaceLight> = bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().lights));
+    let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
     let finest = &light[..6 * counts[0] as usize];
     let n_old = finest.iter().filter(|face| face.n_rays > settings.points_per_face as f32).count();
     let share = n_old as f64 / finest.len() as f64;

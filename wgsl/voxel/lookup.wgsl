@@ -40,8 +40,3 @@ fn tap_weight(taps: Taps, ix: u32) -> f32 {
 fn face_weights(grid: VoxelGrid, normal: vec3<f32>) -> vec3<f32> {
     return select(normal * normal, vec3<f32>(1.0, 0.0, 0.0), grid.n_faces == 1u);
 }
-
-/// Which way a tap lies from a point in grid units, from −1 to 1 an axis.
-fn offset_to_cell(point: vec3<f32>, cell: vec3<i32>) -> vec3<f32> {
-    return vec3<f32>(cell) + 0.5 - point;
-}

@@ -17,6 +17,9 @@
 //! never. So bounces read what the newest hits alone found (`feedback`), whose error falls by the factor ρ
 //! a frame and whose noise, entering linearly, has the right mean; and the long mean of it (`indirect`) is
 //! what pictures show.
+//!
+//! Neighbouring faces see nearly the same, and share what they found: always for bounces, and for
+//! pictures as long as they know little ([`sharing`], [`tent`]).
 #define_import_path lucerna::voxel_rt::cache
 
 /// A face's record. All zero: nothing is known.
@@ -40,6 +43,9 @@ const REJECTED_BIT: u32 = 0x80000000u;
 /// The newest of n hits has RECENCY/n of `indirect`, so that hit k weighs about k^(RECENCY − 1): what was
 /// learned before the light was in balance fades, and 3/4 of the samples' worth is kept.
 const RECENCY: f32 = 2.0;
+
+/// So many hits of its own a face has when it still takes all of its neighbours' light.
+const SHARING_HITS: f32 = 64.0;
 
 /// What one frame adds to a record: sums over its hits.
 struct FaceSamples {
@@ -105,6 +111,22 @@ fn renew(before: FaceLight, samples: FaceSamples, light_rays: f32, max_rays: f32
 /// How much of the face a surface covers, in [0, 1]: the share of rays that met one.
 fn coverage(light: FaceLight) -> f32 {
     return select(0.0, min(light.n_hits / light.n_rays, 1.0), light.n_rays > 0.0);
+}
+
+/// How much of its neighbours' light a face takes, in (0, 1], against noise: its own noise falls with
+/// the hits that it is the mean of, and the neighbours' share with it.
+///
+/// `light_rays`: how many of the face's rays belong to the light as it is now.
+fn sharing(light: FaceLight, light_rays: f32) -> f32 {
+    let hits = light.n_hits * min(light_rays / max(light.n_rays, 1.0), 1.0);
+    return SHARING_HITS / max(hits, SHARING_HITS);
+}
+
+/// Weight of a neighbour `offset` away (−1, 0 or 1 an axis), the middle one having 1: along each axis ½.
+/// Over the 3 × 3 of a plane, the mean of values of equal variance has 9/64 of it.
+fn tent(offset: vec3<i32>) -> f32 {
+    let halves = select(vec3<f32>(1.0), vec3<f32>(0.5), offset != vec3<i32>(0));
+    return halves.x * halves.y * halves.z;
 }
 
 /// A weighted sum of what records hold.

@@ -14,7 +14,7 @@
 #import lucerna::voxel_rt::cache::{FaceLight, coverage, hit_depth}
 
 /// Covered that much, a face is walled.
-const MIN_COVERAGE: f32 = 0.5;
+const MIN_COVERAGE: f32 = 0.2;
 /// What the other faces of a cell that a sheet divides count.
 const DIVIDED_WEIGHT: f32 = 0.01;
 
@@ -68,4 +68,16 @@ fn undivided(walls: u32) -> vec3<f32> {
         select(1.0, DIVIDED_WEIGHT, walled_faces(walls, 2u) == 3u),
     );
     return min(divided.yzx, divided.zxy);
+}
+
+/// Whether a neighbouring cell lies before the walls of a cell. `offset`: −1, 0 or 1 an axis.
+fn is_before_walls(walls: u32, offset: vec3<i32>) -> bool {
+    for (var axis = 0u; axis < 3u; axis++) {
+        // Behind a wall that looks to + lies what stands towards −.
+        let barred = walled_faces(walls, axis);
+        if (offset[axis] < 0 && (barred & 1u) != 0u) || (offset[axis] > 0 && (barred & 2u) != 0u) {
+            return false;
+        }
+    }
+    return true;
 }

@@ -36,18 +36,14 @@ enum LookupArgument {
 }
 
 impl VoxelArguments {
-    /// `bounces`: reflections after the first; above 1, without end.
-    pub fn settings(&self, bounces: u32, seed: u32) -> VoxelRtSettings {
+    /// `bounces`: None: without end.
+    pub fn settings(&self, bounces: Option<u32>, seed: u32) -> VoxelRtSettings {
         VoxelRtSettings {
             resolution: self.voxels,
             anisotropic: !self.isotropic,
             n_levels: self.levels,
             points_per_face: self.points,
-            bounces: match bounces {
-                0 => Bounces::None,
-                1 => Bounces::One,
-                _ => Bounces::Unlimited,
-            },
+            bounces: bounces.map_or(Bounces::Unlimited, Bounces::UpTo),
             lookup: match self.lookup {
                 LookupArgument::Valid => Lookup::Valid,
                 LookupArgument::Trilinear => Lookup::Trilinear,

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Field: light that voxels hold, looked up at surface points.
+//!
+//! Interface: `irradiance_at`; `slot_of_cell` and the bindings for kernels that go over voxels
+//! themselves. What light it is, the host decides by the buffer that it binds as `face_light`.
+#define_import_path lucerna::fields::voxel_light
+
+#import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
+#import lucerna::voxel::grid::{faces_of_direction, grid_from_world, is_inside}
+#import lucerna::voxel::levels::{VoxelLevel, VoxelLevels, level_weight, slot_word}
+#import lucerna::voxel::lookup::{face_weights, tap_cell, tap_weight, taps_at}
+#import lucerna::voxel_rt::cache::{LightSum, add_share, add_weighted}
+#import lucerna::voxel_rt::walls::{keep_before_walls, undivided}
+
+/// Trilinear over the cells that hold surfaces which look the point's way.
+const LOOKUP_VALID: u32 = 0u;
+/// Trilinear over all eight cells, empty ones counting as dark.
+const LOOKUP_TRILINEAR: u32 = 1u;
+/// The mean of seven of those, a cell apart along each axis.
+const LOOKUP_SEVEN_TAP: u32 = 2u;
+/// How far the point looked up is moved along its normal [cells], so that no cell behind the surface
+/// is among the taps.
+const NORMAL_OFFSET: f32 = 0.5;
+/// How far a point is moved along its normal to tell the cell that its surface stands in [cells]: a
+/// surface on a border belongs to the cell before it.
+const SIDE_OFFSET: f32 = 1e-2;
+
+@group(2) @binding(0) var<uniform> levels: VoxelLevels;
+/// Of each level the bricks' words, then for each slot a packed cell and its walls
+/// (`lucerna::voxel_rt::walls`).
+@group(2) @binding(1) var<storage, read> structure: array<vec2<u32>>;
+/// Of each level a record a face (slot · n_faces + face): rgb irradiance [W·m⁻²], a: how much of the
+/// face a surface covers.
+@group(2) @binding(2) var<storage, read> face_light: array<vec4<f32>>;
+
+/// The slot of a cell, or NO_SLOT; outside the grid there is none.
+fn slot_of_cell(level: VoxelLevel, cell: vec3<i32>) -> u32 {
+    if !is_inside(level.grid, cell) {
+        return NO_SLOT;
+    }
+    let brick = structure[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
+    return slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
+}
+
+/// The walls of a voxel; none where there is no voxel, or one value a voxel.
+fn walls_of_slot(level: VoxelLevel, slot: u32) -> u32 {
+    if slot == NO_SLOT || level.grid.n_faces == 1u {
+        return 0u;
+    }
+    return structure[slot_word(level, slot)].y;
+}
+
+/// What a level holds around a point of its grid, on the side of the normal: a sum weighted by
+/// distance, by how much each face looks that way, and by how much of it a surface covers.
+/// `only_valid` false: every cell counts, empty ones as dark.
+fn light_in_level(level: VoxelLevel, at: vec3<f32>, normal: vec3<f32>, only_valid: bool) -> LightSum {
+    let weights = face_weights(level.grid, normal);
+    let faces = select(faces_of_direction(normal), vec3<u32>(0u), level.grid.n_faces == 1u);
+    var taps = taps_at(at);
+    if only_valid {
+        let own_cell = floor(at + normal * SIDE_OFFSET);
+        let walls = walls_of_slot(level, slot_of_cell(level, vec3<i32>(own_cell)));
+        taps = taps_at(keep_before_walls(walls, at, own_cell, at + normal * NORMAL_OFFSET));
+    }
+    var sum: LightSum;
+    for (var ix = 0u; ix < 8u; ix++) {
+        let weight = tap_weight(taps, ix);
+        sum.weight += select(weight, 0.0, only_valid);
+        let slot = slot_of_cell(level, tap_cell(taps, ix));
+        if slot == NO_SLOT {
+            continue;
+        }
+        var shares = weight * weights;
+        if only_valid {
+            shares *= undivided(walls_of_slot(level, slot));
+        }
+        for (var axis = 0u; axis < 3u; axis++) {
+            if weights[axis] > 0.0 {
+                let light = face_light[level.first_record + slot * level.grid.n_faces + faces[axis]];
+                if only_valid {
+                    sum = add_weighted(sum, light.rgb, shares[axis] * light.a);
+                } else {
+                    sum.irradiance += shares[axis] * light.rgb;
+                }
+            }
+        }
+    }
+    return sum;
+}
+
+/// The irradiance held at a surface point [W·m⁻²]; 0 where nothing is known.
+///
+/// `position` [m], `normal`: unit length, on the side that is asked about; `lookup`: a LOOKUP_ constant.
+fn irradiance_at(position: vec3<f32>, normal: vec3<f32>, lookup: u32) -> vec3<f32> {
+    let only_valid = lookup != LOOKUP_TRILINEAR && lookup != LOOKUP_SEVEN_TAP;
+    var out: LightSum;
+    for (var ix = 0u; ix < levels.n_levels && out.weight < 1.0; ix++) {
+        let level = levels.levels[ix];
+        let point = grid_from_world(level.grid, position);
+        let is_last = ix + 1u == levels.n_levels;
+        let share = (1.0 - out.weight) * select(level_weight(level.grid, point), 1.0, is_last);
+        if share <= 0.0 {
+            continue;
+        }
+        // The centre, then a cell to either side along each axis.
+        let n_lookups = select(1u, 7u, lookup == LOOKUP_SEVEN_TAP);
+        var found: LightSum;
+        for (var tap = 0u; tap < n_lookups; tap++) {
+            var offset = vec3<f32>(0.0);
+            if tap > 0u {
+                offset[(tap - 1u) >> 1u] += select(-1.0, 1.0, (tap & 1u) != 0u);
+            }
+            let one = light_in_level(level, point + offset, normal, only_valid);
+            found.irradiance += one.irradiance;
+            found.weight += one.weight;
+        }
+        if found.weight > 0.0 {
+            out = add_share(out, found, share);
+        }
+    }
+    return out.irradiance;
+}
