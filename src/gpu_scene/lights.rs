@@ -17,6 +17,35 @@ pub struct LightTable {
     pub sky: u32,
     /// Point, spot and directional lights, the first entries.
     pub n_punctual: u32,
+    peaks: Vec<LightPeak>,
+}
+
+/// The most that a light sends anywhere: a bound on the irradiance of surfaces that stand no nearer to it
+/// than some distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightPeak {
+    /// What falls off with the square of the distance \[W·sr⁻¹\].
+    pub intensity: f32,
+    /// What does not \[W·m⁻²\].
+    pub irradiance: f32,
+}
+
+impl LightPeak {
+    /// The bound at a distance \[m\], in W·m⁻².
+    pub fn at(self, distance: f32) -> f32 {
+        self.intensity / (distance * distance) + self.irradiance
+    }
+
+    fn scaled(self, factor: f32) -> Self {
+        Self { intensity: factor * self.intensity, irradiance: factor * self.irradiance }
+    }
+
+    fn max(self, other: Self) -> Self {
+        Self {
+            intensity: self.intensity.max(other.intensity),
+            irradiance: self.irradiance.max(other.irradiance),
+        }
+    }
 }
 
 impl LightTable {
@@ -24,9 +53,18 @@ impl LightTable {
     pub fn build(scene: &Scene, world: &WorldTriangles, radius: f32, sky: &SkyTextures) -> Self {
         let mut entries = Vec::new();
         let mut powers = Vec::new();
+        let mut peaks = Vec::new();
         for light in &scene.lights {
             entries.push(punctual(light));
             powers.push(power(light, radius));
+            peaks.push(match light {
+                Light::Point { intensity, .. } | Light::Spot { intensity, .. } => {
+                    LightPeak { intensity: intensity.max_element(), irradiance: 0.0 }
+                }
+                Light::Directional { irradiance, .. } => {
+                    LightPeak { intensity: 0.0, irradiance: irradiance.max_element() }
+                }
+            });
         }
         let mut by_triangle = Vec::new();
         let emission: Vec<f32> =
@@ -43,6 +81,8 @@ impl LightTable {
                     ..NO_LIGHT
                 });
                 powers.push(PI * area * emission[material] * sides);
+                let radiance = scene.materials[material].emission.max_element();
+                peaks.push(LightPeak { intensity: area * radiance, irradiance: 0.0 });
             }
         }
         let mut sky_ix = wgsl::NONE;
@@ -51,6 +91,9 @@ impl LightTable {
             entries.push(wgsl::Light { kind: wgsl::LIGHT_SKY, ..NO_LIGHT });
             // Through the sphere around the scene: area × πL. A scene without extent still has a sky.
             powers.push(4.0 * PI * radius * radius * PI * sky.mean_luminance);
+            // It is drawn by luminance, of which a channel is at most 1/0.0722.
+            let irradiance = 4.0 * PI * sky.mean_luminance / LUMINANCE.z;
+            peaks.push(LightPeak { intensity: 0.0, irradiance });
         }
         let n_punctual = scene.lights.len();
         for (entry, drawn) in entries.iter_mut().zip(alias_table(&powers)) {
@@ -65,7 +108,24 @@ impl LightTable {
             entry.hittable_threshold = drawn.threshold;
             entry.hittable_alias_ix = n_punctual as u32 + drawn.alias_ix;
         }
-        Self { entries, by_triangle, sky: sky_ix, n_punctual: n_punctual as u32 }
+        Self { entries, by_triangle, sky: sky_ix, n_punctual: n_punctual as u32, peaks }
+    }
+
+    /// Of the lights without extent, one by one.
+    pub fn punctual_peaks(&self) -> &[LightPeak] {
+        &self.peaks[..self.n_punctual as usize]
+    }
+
+    /// Of what one light gives that is drawn among all, divided by its probability.
+    pub fn drawn_peak(&self) -> LightPeak {
+        drawn_peak(self.entries.iter().map(|light| light.probability), &self.peaks)
+    }
+
+    /// As [`Self::drawn_peak`], drawn among emissive triangles and the sky.
+    pub fn drawn_extended_peak(&self) -> LightPeak {
+        let first = self.n_punctual as usize;
+        let extended = &self.entries[first..];
+        drawn_peak(extended.iter().map(|light| light.hittable_probability), &self.peaks[first..])
     }
 
     pub fn entries(&self) -> &[wgsl::Light] {
@@ -87,6 +147,13 @@ impl LightTable {
             .binary_search_by_key(&triangle, |&(ix, _)| ix)
             .map_or(wgsl::NONE, |at| self.by_triangle[at].1)
     }
+}
+
+fn drawn_peak(probabilities: impl Iterator<Item = f32>, peaks: &[LightPeak]) -> LightPeak {
+    let drawn = probabilities.zip(peaks).filter(|&(probability, _)| probability > 0.0);
+    drawn
+        .map(|(probability, peak)| peak.scaled(1.0 / probability))
+        .fold(LightPeak::default(), LightPeak::max)
 }
 
 const NO_LIGHT: wgsl::Light = wgsl::Light {
@@ -164,8 +231,11 @@ fn mean_emission(scene: &Scene, material: usize) -> f32 {
     }
 }
 
+/// Weights of the channels, Rec. 709.
+const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+
 pub(super) fn luminance(color: Vec3) -> f32 {
-    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+    color.dot(LUMINANCE)
 }
 
 /// An entry of an alias table.

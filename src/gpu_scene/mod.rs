@@ -18,6 +18,7 @@ use wgpu::util::DeviceExt;
 
 pub use bvh::{Bvh, BvhError, STACK_SIZE, build_obvhs};
 pub use flatten::WorldTriangles;
+pub use lights::LightPeak;
 
 /// How a scene is put on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,6 +77,9 @@ pub struct GpuScene {
     skipped_triangles: usize,
     textured: bool,
     brightest: f32,
+    punctual_peaks: Vec<LightPeak>,
+    drawn_peak: LightPeak,
+    drawn_extended_peak: LightPeak,
     // An acceleration structure must outlive its use; the bind group holds the buffers.
     _acceleration: Option<(wgpu::Blas, wgpu::Tlas)>,
 }
@@ -229,6 +233,9 @@ impl GpuScene {
             skipped_triangles: world.skipped,
             textured: atlas.n_images() > 0,
             brightest: scene.materials.iter().fold(0.0, |m, v| v.emission.max_element().max(m)),
+            punctual_peaks: lights.punctual_peaks().to_vec(),
+            drawn_peak: lights.drawn_peak(),
+            drawn_extended_peak: lights.drawn_extended_peak(),
             _acceleration: acceleration,
         })
     }
@@ -303,6 +310,22 @@ impl GpuScene {
     /// their order.
     pub fn n_extended_lights(&self) -> u32 {
         self.info.n_hittable_lights
+    }
+
+    /// The most that each light without extent sends anywhere, in the scene's order.
+    pub fn punctual_peaks(&self) -> &[LightPeak] {
+        &self.punctual_peaks
+    }
+
+    /// The most that a light drawn among all gives, divided by the probability of drawing it: what
+    /// kernels get from `host::lights::sample_light`.
+    pub fn drawn_peak(&self) -> LightPeak {
+        self.drawn_peak
+    }
+
+    /// As [`Self::drawn_peak`], for a light drawn among emissive triangles and the sky.
+    pub fn drawn_extended_peak(&self) -> LightPeak {
+        self.drawn_extended_peak
     }
 
     /// Triangles left out because they have no area or lie too far from the origin for f32.

@@ -94,18 +94,18 @@ pub(super) struct LevelPass {
 }
 
 impl LevelPass {
-    /// `group`: makes bind group 1 of a level, of its settings and its counts.
+    /// `group`: makes bind group 1 of a level, of its index, its settings and its counts.
     pub fn new<I: Pod>(
         gpu: &Gpu,
         label: &'static str,
         pipeline: wgpu::ComputePipeline,
         counts: &[wgpu::Buffer],
-        group: impl Fn(&wgpu::Buffer, &wgpu::Buffer) -> wgpu::BindGroup,
+        group: impl Fn(usize, &wgpu::Buffer, &wgpu::Buffer) -> wgpu::BindGroup,
     ) -> Self {
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let infos: Vec<_> =
             counts.iter().map(|_| buffer(gpu, label, size_of::<I>() as u64, usage)).collect();
-        let groups = infos.iter().zip(counts).map(|(info, counts)| group(info, counts)).collect();
+        let groups = (0..counts.len()).map(|ix| group(ix, &infos[ix], &counts[ix])).collect();
         Self { pipeline, infos, groups }
     }
 

@@ -29,7 +29,7 @@ impl GatherPass {
             scene.variant(),
             &[Some(scene.layout()), Some(&layout), Some(&field_layout)],
         );
-        let group = |info: &wgpu::Buffer, counts: &wgpu::Buffer| {
+        let group = |_, info: &wgpu::Buffer, counts: &wgpu::Buffer| {
             let entries = kernel::WgpuBindGroup1Entries::new(kernel::WgpuBindGroup1EntriesParams {
                 info: info.as_entire_buffer_binding(),
                 counts: counts.as_entire_buffer_binding(),

@@ -4,13 +4,11 @@ use super::write::quantum;
 use super::{InjectError, VoxelIrradiance, WriteStrategy};
 use crate::bindings::baseline::kernels::voxel_rt::{inject as kernel, resolve};
 use crate::bindings::baseline::lucerna::camera::primary_ray as wgsl_camera;
+use crate::frame::View;
 use crate::gpu::Gpu;
 use crate::gpu_scene::GpuScene;
 use crate::modules::shader_module;
-use crate::reference::camera_for_size;
-use crate::scene::{Camera, Light};
 use bytemuck::Zeroable;
-use glam::UVec2;
 
 /// Where samples come from.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +18,7 @@ pub enum InjectionSource<'a> {
     /// Rays of all emissive triangles and the sky; nothing where there is neither.
     Extended,
     /// Rays of a camera, with one shadow ray each to a light of any kind.
-    Camera(&'a Camera),
+    Camera(&'a View),
     /// Samples that are there: a storage buffer of [`super::VoxelSample`], and how many; at most
     /// 65 535 · 1024. (Recording makes a bind group for the buffer; nothing else allocates.)
     Samples(&'a wgpu::Buffer, u32),
@@ -36,23 +34,11 @@ pub struct Injection<'a> {
     /// Stream of random numbers.
     pub seed: u32,
     /// The largest irradiance that a sample may have \[W·m⁻²\]; larger ones are clamped and counted.
-    /// Between 1e-18 and 1e30. [`WriteStrategy::Exact`] rounds it up to a power of two, and means
+    /// Between 1e-18 and 1e30; that of lights is [`LightPeak`](crate::gpu_scene::LightPeak). With half a cell as the nearest distance,
+    /// surfaces that face a point light are right to 1e-4 up to 450 cells away. [`WriteStrategy::Exact`] rounds it up to a power of two, and means
     /// are right to 1e-4 from 1.2e-6 of that on (absolutely, to 1.2e-10 of it); the packed
     /// strategies hold 255 steps of it.
     pub largest_irradiance: f32,
-}
-
-/// The largest irradiance of a light's samples for [`Injection`]: that at half a cell's distance,
-/// nearer than which a voxel does not resolve the light \[W·m⁻²\]. Zero for a black light.
-///
-/// Surfaces of 1e-4 accuracy then reach to 450 cells' distance, facing the light.
-pub fn largest_irradiance(light: &Light, cell: f32) -> f32 {
-    match light {
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => {
-            4.0 * intensity.max_element() / (cell * cell)
-        }
-        Light::Directional { irradiance, .. } => irradiance.max_element(),
-    }
 }
 
 /// Uniforms of one injection.
@@ -296,9 +282,7 @@ impl Slot {
         let (camera, light, n_samples) = match injection.source {
             InjectionSource::Light(light) => (wgsl_camera::Camera::zeroed(), light, 0),
             InjectionSource::Extended => (wgsl_camera::Camera::zeroed(), 0, 0),
-            InjectionSource::Camera(camera) => {
-                (camera_for_size(camera, UVec2::splat(injection.n_rays.max(1))), 0, 0)
-            }
+            InjectionSource::Camera(view) => (view.data().camera, 0, 0),
             InjectionSource::Samples(_, n) => (wgsl_camera::Camera::zeroed(), 0, n),
         };
         let settings = kernel::Injection {

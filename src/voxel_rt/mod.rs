@@ -10,11 +10,12 @@
 //!  or the grid scrolled     is known       voxels; then PublishPass     radiance
 //! ```
 //!
-//! Apart from that, [`VoxelInjector`] deposits irradiance by rays from lights or the camera, as the source
-//! does, with one of four [`WriteStrategy`]s; [`VoxelRt`] does not use it yet.
+//! Faces find their direct light themselves; or, as in the source, [`VoxelInjector`] deposits it by rays
+//! from lights or the camera ([`DirectLight`]) with one of four [`WriteStrategy`]s, ahead of the gathering.
 
 mod cache;
 mod carry;
+mod deposit;
 mod gather;
 mod inject;
 mod publish;
@@ -39,10 +40,11 @@ pub use crate::bindings::baseline::kernels::voxel_rt::inject::{RUN_SIDE, VoxelSa
 pub use crate::bindings::baseline::lucerna::voxel_rt::cache::FaceLight;
 pub use cache::CacheBuffers;
 pub use carry::{CarryInfo, CarryPass};
+pub use deposit::{DepositInfo, DepositPass};
 pub use gather::{GatherInfo, GatherPass};
-pub use inject::{Injection, InjectionSource, VoxelInjector, largest_irradiance};
+pub use inject::{Injection, InjectionSource, VoxelInjector};
 pub use publish::{PublishInfo, PublishPass};
-pub use settings::{Bounces, Lookup, VoxelRtSettings};
+pub use settings::{Bounces, DirectLight, Lookup, RaysInjected, VoxelRtSettings};
 pub use shade::ShadePass;
 pub use structure::sparse_grid;
 pub use walls::{WallsInfo, WallsPass};
@@ -64,6 +66,9 @@ pub enum VoxelRtError {
     /// The grid.
     #[error(transparent)]
     Voxel(#[from] VoxelError),
+    /// Rays that deposit light.
+    #[error(transparent)]
+    Inject(#[from] InjectError),
     /// A limit of the device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -100,6 +105,8 @@ pub struct VoxelRt {
     levels: Vec<Level>,
     layout: VoxelLevels,
     buffers: CacheBuffers,
+    /// None: faces find their direct light themselves.
+    deposit: Option<DepositPass>,
     gather: GatherPass,
     carry: CarryPass,
     walls: WallsPass,
@@ -154,10 +161,13 @@ impl VoxelRt {
             levels.push(Level { voxelizer: Voxelizer::new(gpu, scene, grid)?, corner });
         }
         let buffers = CacheBuffers::new(gpu, &layout, n_words, n_records)?;
+        let voxelizers = levels.iter().map(|level| &level.voxelizer);
+        let deposit = DepositPass::new(gpu, scene, &buffers, settings.direct, voxelizers)?;
         Ok(Self {
             settings,
             levels,
             layout,
+            deposit,
             gather: GatherPass::new(gpu, scene, &buffers),
             carry: CarryPass::new(gpu, &buffers),
             walls: WallsPass::new(gpu, &buffers),
@@ -176,9 +186,19 @@ impl VoxelRt {
         &self.settings
     }
 
+    /// Where a level's cells stand.
+    pub fn grid(&self, level: usize) -> &VoxelGrid {
+        self.levels[level].voxelizer.grid()
+    }
+
     /// What is kept between frames.
     pub fn buffers(&self) -> &CacheBuffers {
         &self.buffers
+    }
+
+    /// What rays from lights or the camera deposit; None where faces find their direct light themselves.
+    pub fn deposit(&self) -> Option<&DepositPass> {
+        self.deposit.as_ref()
     }
 
     /// Says what has changed since the last [`update`](Self::update). The history is given up, and
@@ -214,9 +234,16 @@ impl VoxelRt {
         }
         let n_points = self.settings.points_per_face;
         let learning = |frames: u32| frames.saturating_sub(FRAMES_WITHOUT_HISTORY - 1).max(1);
-        let light_rays = learning(self.frames_since_change).saturating_mul(n_points);
+        let light_frames = learning(self.frames_since_change);
+        let light_rays = light_frames.saturating_mul(n_points);
         let moving_rays = learning(self.frames_since_motion).saturating_mul(n_points);
         let max_rays = self.settings.max_rays.min(moving_rays.max(RAYS_WHILE_MOVING));
+        if let Some(deposit) = &self.deposit {
+            let voxelizers = self.levels.iter().map(|level| &level.voxelizer);
+            let seed = self.settings.seed.wrapping_add(self.n_frames);
+            let light_frames = light_frames.min(self.settings.max_rays);
+            deposit.record(frame, voxelizers, seed, light_frames)?;
+        }
         {
             let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some("voxel_rt/gather"),
@@ -234,7 +261,7 @@ impl VoxelRt {
                     light_rays: light_rays as f32,
                     max_rays: max_rays as f32,
                     level,
-                    finds_direct: 1,
+                    finds_direct: u32::from(self.deposit.is_none()),
                 };
                 let arguments = (of_level.voxelizer.counts(), RECORD_GROUPS_OFFSET);
                 self.gather.record(gpu, &mut pass, scene, &info, arguments);
@@ -273,13 +300,16 @@ impl VoxelRt {
         let mut shifts = [IVec3::ZERO; MAX_LEVELS as usize];
         let n_following = self.levels.len() - 1;
         let levels = self.levels[..n_following].iter_mut().zip(&mut self.layout.levels);
-        for ((level, entry), shift) in levels.zip(&mut shifts) {
+        for (ix, ((level, entry), shift)) in levels.zip(&mut shifts).enumerate() {
             let corner = corner_around(eye, &entry.grid);
             *shift = corner - level.corner;
             if *shift != IVec3::ZERO {
                 level.corner = corner;
                 entry.grid.origin = corner.as_vec3() * entry.grid.cell;
                 level.voxelizer.move_to(gpu, entry.grid.origin);
+                if let Some(deposit) = &mut self.deposit {
+                    deposit.move_level(gpu, ix, entry.grid.origin);
+                }
             }
         }
         if shifts != [IVec3::ZERO; MAX_LEVELS as usize] {

@@ -1,6 +1,6 @@
 //! What can be chosen about `voxel-rt`.
 
-use super::{MAX_LEVELS, VoxelRtError};
+use super::{MAX_LEVELS, VoxelRtError, WriteStrategy};
 
 /// How often light is reflected before it is counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,6 +11,36 @@ pub enum Bounces {
     /// Reflected light is reflected again, a bounce a frame, without end; for one ray.
     #[default]
     Unlimited,
+}
+
+/// Where the light comes from that the grid holds before it is reflected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DirectLight {
+    /// Each face draws points of its surface, and for each a light and a shadow ray: what stands in
+    /// shadow is known to be dark, and no voxel can be hit more often than others.
+    #[default]
+    PerFace,
+    /// Rays leave the lights, as in the source: a square of them each light without extent, and one for all
+    /// emissive surfaces and the sky. Faces that none meets are dark.
+    FromLights(RaysInjected),
+    /// Rays leave the camera, and for each a light is drawn. What the camera does not see is dark.
+    FromCamera(RaysInjected),
+}
+
+/// Rays of a frame that deposit light where they meet a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RaysInjected {
+    /// n: n × n rays, 1 to 4096.
+    pub n_rays: u32,
+    /// How those come together that meet the same face.
+    pub strategy: WriteStrategy,
+}
+
+impl Default for RaysInjected {
+    /// 512 × 512 rays, as in the source's tables, averaged exactly.
+    fn default() -> Self {
+        Self { n_rays: 512, strategy: WriteStrategy::Exact }
+    }
 }
 
 /// How pixels read the grid.
@@ -43,6 +73,8 @@ pub struct VoxelRtSettings {
     /// Rays that a face remembers, at least 1: with more of them the light is smoother, and follows
     /// changes that nobody reports more slowly.
     pub max_rays: u32,
+    /// Where light comes from.
+    pub direct: DirectLight,
     /// How often light is reflected.
     pub bounces: Bounces,
     /// How pixels read the grid.
@@ -59,6 +91,7 @@ impl Default for VoxelRtSettings {
             n_levels: 1,
             points_per_face: 1,
             max_rays: 1024,
+            direct: DirectLight::PerFace,
             bounces: Bounces::Unlimited,
             lookup: Lookup::Valid,
             seed: 0,
@@ -80,6 +113,9 @@ impl VoxelRtSettings {
         within("points_per_face", self.points_per_face, 1..=256, "1 to 256")?;
         if let Bounces::UpTo(n) = self.bounces {
             within("bounces", n, 0..=64, "0 to 64, or without end")?;
+        }
+        if let DirectLight::FromLights(rays) | DirectLight::FromCamera(rays) = self.direct {
+            within("n_rays", rays.n_rays, 1..=4096, "1 to 4096")?;
         }
         within("max_rays", self.max_rays, 1..=65536, "1 to 65536")
     }

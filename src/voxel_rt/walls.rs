@@ -17,7 +17,7 @@ impl WallsPass {
         let layout = kernel::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
         let label = "voxel_rt/walls";
         let pipeline = compute_pipeline(gpu, label, "", &[None, Some(&layout)]);
-        let group = |info: &wgpu::Buffer, counts: &wgpu::Buffer| {
+        let group = |_, info: &wgpu::Buffer, counts: &wgpu::Buffer| {
             let entries = kernel::WgpuBindGroup1Entries::new(kernel::WgpuBindGroup1EntriesParams {
                 levels: buffers.levels.as_entire_buffer_binding(),
                 info: info.as_entire_buffer_binding(),

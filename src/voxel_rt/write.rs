@@ -156,7 +156,7 @@ impl VoxelIrradiance {
             grid_uniform: gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("voxel grid"),
                 contents: bytemuck::bytes_of(&grid),
-                usage: wgpu::BufferUsages::UNIFORM,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             }),
             accumulators: storage_buffer(
                 gpu,
@@ -173,6 +173,12 @@ impl VoxelIrradiance {
                 advice,
             )?,
         })
+    }
+
+    /// Moves the grid: minimum corner \[m\]. Takes effect with the next submission.
+    pub fn move_to(&mut self, gpu: &Gpu, origin: glam::Vec3) {
+        self.grid.origin = origin;
+        gpu.queue.write_buffer(&self.grid_uniform, 0, bytemuck::bytes_of(&self.grid));
     }
 
     /// Where the voxels stand.

@@ -175,36 +175,41 @@ struct Renewal {
     light_rays: f32,
     max_rays: f32,
     n_rejected: f32,
+    walls: f32,
+    new_wall_hits: f32,
+    reserved: [f32; 2],
 }
 
-const RENEW: &str = "#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, renew, coverage, has_rejected, hit_depth}
+const RENEW: &str = "#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, renew, coverage, has_rejected, hit_depth, wall_share, wall_coverage}
     struct Input {
         direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32,
         new_direct: vec3<f32>, new_hits: f32, new_indirect: vec3<f32>, new_rays: f32,
         feedback: vec3<f32>, depth: f32,
         new_depth: f32, light_rays: f32, max_rays: f32, n_rejected: f32,
+        walls: f32, new_wall_hits: f32, reserved: vec2<f32>,
     }
     struct Output {
         direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32,
-        feedback: vec3<f32>, depth: f32, coverage: f32, rejected: f32, pad: vec2<f32>,
+        feedback: vec3<f32>, depth: f32, coverage: f32, rejected: f32, walls: f32, wall_coverage: f32,
     }
     fn map(in: Input) -> Output {
-        let before = FaceLight(in.direct, in.n_hits, in.indirect, in.n_rays, in.feedback, pack2x16float(vec2<f32>(in.depth, 0.0)));
-        let samples = FaceSamples(in.new_direct, in.new_hits, in.new_indirect, in.new_rays, in.new_depth, u32(in.n_rejected));
+        let before = FaceLight(in.direct, in.n_hits, in.indirect, in.n_rays, in.feedback,
+            pack4x8unorm(vec4<f32>(in.depth, in.walls, 0.0, 0.0)));
+        let samples = FaceSamples(in.new_direct, in.new_hits, in.new_indirect, in.new_rays, in.new_depth,
+            in.new_wall_hits, u32(in.n_rejected));
         let after = renew(before, samples, in.light_rays, in.max_rays);
         return Output(after.direct, after.n_hits, after.indirect, after.n_rays, after.feedback, hit_depth(after),
-            coverage(after), select(0.0, 1.0, has_rejected(after)), vec2<f32>());
+            coverage(after), select(0.0, 1.0, has_rejected(after)), wall_share(after), wall_coverage(after));
     }";
 
 /// A record is a convex mixture of old and new, against the formula in f64: the plain mean for direct
 /// light, twice its share for the newest of indirect light, the newest alone for what bounces read.
-/// Tolerances: 8 roundings of f32; half an ulp of a 16-bit float (2⁻¹¹) for the depth.
+/// Tolerances: 8 roundings of f32; half a step of 1/255 for depth and share of walls.
 #[test]
 fn renewal_is_a_weighted_mean() {
     let mut random = Random(4);
     let mut inputs: Vec<Renewal> = (0..10_000)
         .map(|_| {
-            // Quarters are exact in 16 bits.
             let (n_rays, new_rays) =
                 (random.range(0.0, 300.0).floor(), random.range(1.0, 9.0).floor());
             let n_hits = (random.unit() * n_rays).floor();
@@ -221,8 +226,12 @@ fn renewal_is_a_weighted_mean() {
                 new_indirect: std::array::from_fn(|_| random.unit() * scale * new_hits),
                 new_rays,
                 feedback: light.map(|x| 5.0 * x),
-                depth: 0.25 * (random.bits() % 5) as f32,
+                // Fifths are exact in steps of 1/255.
+                depth: 0.2 * (random.bits() % 6) as f32,
                 new_depth: random.unit() * new_hits,
+                walls: 0.2 * (random.bits() % 6) as f32,
+                new_wall_hits: (random.unit() * (new_hits + 1.0)).floor(),
+                reserved: [0.0; 2],
                 light_rays: new_rays + [0.0, 16.0, 1e4][random.bits() as usize % 3],
                 max_rays: [16.0, 256.0, 2048.0][random.bits() as usize % 3],
                 n_rejected: (random.bits() % 2) as f32,
@@ -238,7 +247,6 @@ fn renewal_is_a_weighted_mean() {
         let hits = fade * f(input.n_hits) + f(input.new_hits);
         let within =
             |got: f32, want: f64, tolerance: f64| (f(got) - want).abs() <= tolerance * want.abs();
-        let half_ulp = 0.5f64.powi(11);
         assert!(within(out[3], hits, 5e-7) && within(out[7], rays, 5e-7), "{input:?}\n{out:?}");
         assert!(f(out[7]) <= f(input.max_rays).max(f(input.new_rays)) * (1.0 + 5e-7));
         let mean = |old: f32, new: f32| {
@@ -267,14 +275,93 @@ fn renewal_is_a_weighted_mean() {
             let slack = 5e-7 * (f(old).abs() + expected.abs());
             assert!((f(out[at]) - expected).abs() <= slack, "{expected}: {input:?}\n{out:?}");
         }
-        // Below 2⁻¹⁴ a 16-bit float has a fixed step of 2⁻²⁴.
+        let half_step = 0.5001 / 255.0;
         let depth = mean(input.depth, input.new_depth);
-        assert!(
-            (f(out[11]) - depth).abs() <= half_ulp * depth.max(0.5f64.powi(14)),
-            "{input:?}\n{out:?}"
-        );
+        assert!((f(out[11]) - depth).abs() <= half_step, "{depth}: {input:?}\n{out:?}");
+        let walls = mean(input.walls, input.new_wall_hits);
+        assert!((f(out[14]) - walls).abs() <= half_step, "{walls}: {input:?}\n{out:?}");
+        assert!(within(out[15], f(out[14]) * f(out[12]), 1e-6), "{input:?}\n{out:?}");
         assert!(within(out[12], hits / rays, 1e-6), "{input:?}\n{out:?}");
         assert_eq!(out[13], if hits > 0.0 { input.n_rejected } else { 0.0 }, "{input:?}");
+    }
+}
+
+const DEPOSIT: &str = "#import lucerna::voxel_rt::cache::{FaceLight, add_deposit, hit_depth, has_rejected, keep_deposits, n_deposits}
+    struct Input { means: array<vec4<f32>, 8>, frames: array<u32, 8> }
+    struct Output { direct: vec3<f32>, n: u32, depth: f32, rejected: u32, kept: f32, n_kept: u32 }
+    fn map(in: Input) -> Output {
+        var light: FaceLight;
+        light.direct = vec3<f32>(1e6);
+        light.state = pack4x8unorm(vec4<f32>(0.2, 0.6, 0.0, 0.0)) | 0x80000000u | (5u << 16u);
+        for (var k = 0u; k < 8u; k++) {
+            light = add_deposit(light, in.means[k], in.frames[k]);
+        }
+        var other: FaceLight;
+        other.direct = vec3<f32>(-1.0);
+        let kept = keep_deposits(other, light);
+        return Output(light.direct, n_deposits(light), hit_depth(light), select(0u, 1u, has_rejected(light)),
+            kept.direct.x, n_deposits(kept));
+    }";
+
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Deposits {
+    means: [[f32; 4]; 8],
+    frames: [u32; 8],
+}
+
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Deposited {
+    direct: [f32; 3],
+    n: u32,
+    depth: f32,
+    rejected: u32,
+    kept: f32,
+    n_kept: u32,
+}
+
+/// Eight frames of deposits, the light changing before some of them: what is kept is the mean over the
+/// frames since then in which something came, and darkness where nothing has. Depth and rejection, which
+/// share a word with the count, stay. Tolerance: 8 steps of a running mean, 3 roundings each.
+#[test]
+fn deposits_are_averaged_since_the_light_changed() {
+    let mut random = Random(9);
+    let inputs: Vec<Deposits> =
+        (0..2000)
+            .map(|_| {
+                let mut frames = 1;
+                Deposits {
+                    means: std::array::from_fn(|_| {
+                        let n = (random.bits() % 3) as f32;
+                        std::array::from_fn(|k| {
+                            if k == 3 { n } else { 100.0 * random.unit() * n.min(1.0) }
+                        })
+                    }),
+                    frames: std::array::from_fn(|_| {
+                        frames = if random.bits().is_multiple_of(4) { 1 } else { frames + 1 };
+                        frames
+                    }),
+                }
+            })
+            .collect();
+    for (input, out) in inputs.iter().zip(map::<_, Deposited>(DEPOSIT, &inputs)) {
+        let since = (0..8).rev().find(|&k| input.frames[k] == 1).unwrap_or(0);
+        // The first frame may already be the second since a change: then what was there counts, five times.
+        let came: Vec<_> = input.means[since..].iter().filter(|mean| mean[3] > 0.0).collect();
+        let before = if input.frames[since] == 1 { 0 } else { 5.min(input.frames[since] - 1) };
+        let n = came.len() as u32 + before;
+        assert_eq!([out.n, out.n_kept], [n; 2], "{input:?}");
+        for k in 0..3 {
+            let sum =
+                came.iter().map(|mean| f64::from(mean[k])).sum::<f64>() + 1e6 * f64::from(before);
+            let mean = sum / f64::from(n.max(1));
+            assert!(
+                (f64::from(out.direct[k]) - mean).abs() <= 24.0 * 6e-8 * mean.max(100.0),
+                "{input:?} {out:?}"
+            );
+        }
+        assert_eq!((out.depth, out.rejected, out.kept), (0.2, 1, out.direct[0]));
     }
 }
 
@@ -285,30 +372,40 @@ struct WallCase {
     coverage: [f32; 6],
     depth: [f32; 6],
     at: [f32; 3],
-    reserved_a: f32,
+    /// A bit a face: whether light was found there.
+    lit: u32,
     point: [f32; 3],
-    reserved_b: f32,
+    /// Of the hits, on walls.
+    share: f32,
 }
 
 const WALLS: &str = "#import lucerna::voxel_rt::cache::FaceLight
-    #import lucerna::voxel_rt::walls::{walls_of_axis, keep_before_walls, undivided}
-    struct Input { coverage: array<f32, 6>, depth: array<f32, 6>, at: vec3<f32>, a: f32, point: vec3<f32>, b: f32 }
+    #import lucerna::voxel_rt::walls::{open_part, walls_of_axis, keep_before_walls, undivided}
+    struct Input { coverage: array<f32, 6>, depth: array<f32, 6>, at: vec3<f32>, lit: u32, point: vec3<f32>, share: f32 }
     struct Output { kept: vec3<f32>, a: f32, undivided: vec3<f32>, b: f32 }
     fn light(in: Input, face: u32) -> FaceLight {
-        let state = pack2x16float(vec2<f32>(in.depth[face], 0.0));
-        return FaceLight(vec3<f32>(), 64.0 * in.coverage[face], vec3<f32>(), 64.0, vec3<f32>(), state);
+        let state = pack4x8unorm(vec4<f32>(in.depth[face], in.share, 0.0, 0.0));
+        let light = select(vec3<f32>(0.0), vec3<f32>(1.0), (in.lit & (1u << face)) != 0u);
+        return FaceLight(light, 64.0 * in.coverage[face], vec3<f32>(), 64.0, vec3<f32>(), state);
     }
     fn map(in: Input) -> Output {
         var walls = 0u;
+        var open: vec3<f32>;
         for (var axis = 0u; axis < 3u; axis++) {
-            walls |= walls_of_axis(axis, light(in, 2u * axis), light(in, 2u * axis + 1u));
+            open[axis] = open_part(light(in, 2u * axis), light(in, 2u * axis + 1u));
+        }
+        for (var axis = 0u; axis < 3u; axis++) {
+            let beside = open[(axis + 1u) % 3u] * open[(axis + 2u) % 3u];
+            walls |= walls_of_axis(axis, light(in, 2u * axis), light(in, 2u * axis + 1u), beside);
         }
         return Output(keep_before_walls(walls, in.at, floor(in.at), in.point), 0.0, undivided(walls), 0.0);
     }";
 
 /// A look-up never reaches behind a wall: with one face walled it stays in the half of the cell, or
 /// beyond, that the face looks to; with a sheet it moves to the border on the point's own side. Where
-/// nothing is walled it stays. Tolerance: a sheet's place is kept to half of 1/63 of a cell.
+/// nothing is walled it stays. What is walled: by half of what the floors of other axes leave open, a floor
+/// being a wall of which one side alone is lit; and only what stands like a wall. Tolerance: a sheet's place is
+/// kept to half of 1/63 of a cell, depths to half of 1/255.
 #[test]
 fn lookups_keep_before_walls() {
     let mut random = Random(5);
@@ -317,22 +414,38 @@ fn lookups_keep_before_walls() {
             let at: [f32; 3] = std::array::from_fn(|_| random.range(3.0, 9.0));
             WallCase {
                 coverage: std::array::from_fn(|_| {
-                    [0.0, 0.25, 0.75, 1.0][random.bits() as usize % 4]
+                    [0.0, 0.1, 0.3, 0.7, 1.0][random.bits() as usize % 5]
                 }),
                 depth: std::array::from_fn(|_| random.unit()),
                 at,
-                reserved_a: 0.0,
+                lit: random.bits() as u32 & 63,
                 point: at.map(|x| x + random.range(-0.5, 0.5)),
-                reserved_b: 0.0,
+                share: if random.bits().is_multiple_of(8) { 0.0 } else { 1.0 },
             }
         })
         .collect();
     let mut n_sheets = 0;
-    for (input, out) in inputs.iter().zip(map::<_, [f32; 8]>(WALLS, &inputs)) {
+    'cases: for (input, out) in inputs.iter().zip(map::<_, [f32; 8]>(WALLS, &inputs)) {
         let mut divided = [false; 3];
+        let wall = |face: usize| input.coverage[face] * input.share;
+        let open: [f32; 3] = std::array::from_fn(|axis| {
+            let floor = [2 * axis, 2 * axis + 1]
+                .map(|face| wall(face) >= 0.5 && input.lit >> face & 1 == 1);
+            match floor {
+                [true, false] => input.depth[2 * axis].max(0.05),
+                [false, true] => input.depth[2 * axis + 1].max(0.05),
+                _ => 1.0,
+            }
+        });
         for axis in 0..3 {
+            let beside = open[(axis + 1) % 3] * open[(axis + 2) % 3];
+            // Too close to tell, with depths in steps of 1/255.
+            if [2 * axis, 2 * axis + 1].iter().any(|&face| (wall(face) - 0.5 * beside).abs() < 5e-3)
+            {
+                continue 'cases;
+            }
             let (at, point, cell) = (input.at[axis], input.point[axis], input.at[axis].floor());
-            let walled = [2 * axis, 2 * axis + 1].map(|face| input.coverage[face] > 0.5);
+            let walled = [2 * axis, 2 * axis + 1].map(|face| wall(face) > 0.5 * beside);
             let expected = match walled {
                 [false, false] => point,
                 [true, false] => point.max(cell + 0.5),

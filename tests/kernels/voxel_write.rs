@@ -2,9 +2,10 @@
 
 use crate::harness::{Random, gpu, map, read, storage};
 use bytemuck::{AnyBitPattern, NoUninit};
-use glam::{Affine3A, DVec3, UVec3, Vec3};
+use glam::{Affine3A, DVec3, UVec2, UVec3, Vec3};
 use lucerna::bindings::baseline::kernels::voxel_rt::inject as kernel;
 use lucerna::bindings::baseline::lucerna::voxel::accumulator as layout;
+use lucerna::frame::{View, ViewSettings};
 use lucerna::gpu::GpuError;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::scene::{Camera, Instance, Light, Material, Mesh, Projection, Scene, Sky};
@@ -737,42 +738,46 @@ fn directional_light_falls_by_the_cosine() {
     assert!(means.iter().all(|m| m[3] == 0.0 || (f64::from(m[0]) - expected).abs() < 1e-6));
 }
 
-fn camera_rays(camera: &Camera, largest: f32) -> Injection<'_> {
+fn camera_rays(view: &View, largest: f32) -> Injection<'_> {
     Injection {
-        source: InjectionSource::Camera(camera),
+        source: InjectionSource::Camera(view),
         n_rays: 512,
         seed: 3,
         largest_irradiance: largest,
     }
 }
 
-/// Looks down on the plane's 8 × 8 m.
-fn camera_above() -> Camera {
-    Camera {
+/// Looks down on the plane's 8 × 8 m from `height` above it [m].
+fn view_from(scene: &GpuScene, height: f32) -> View {
+    let camera = Camera {
         name: String::new(),
-        position: Vec3::Y * 5.0,
+        position: Vec3::Y * height,
         forward: Vec3::NEG_Y,
         up: Vec3::Z,
         projection: Projection::Orthographic { half_height: 4.0 },
-    }
+    };
+    let settings = ViewSettings { n_accumulated: 1, seed: 0, near: 0.01, irradiance: false };
+    let mut view = View::new(gpu(), UVec2::splat(512));
+    view.advance(gpu(), scene, &camera, &settings);
+    view
 }
 
 /// Rays of an orthographic camera are uniform over the plane, 256 a cell, and a shadow ray decides.
 #[test]
 fn camera_rays_give_the_mean_irradiance() {
-    let camera = camera_above();
     let (grid, structure) = plane_grid(6);
     let rig = Rig::new(&point_scene(), grid, &structure, WriteStrategy::Exact);
-    let (means, rejected) = rig.run(&[camera_rays(&camera, 100.0)]);
+    let view = view_from(&rig.scene, 5.0);
+    let (means, rejected) = rig.run(&[camera_rays(&view, 100.0)]);
     assert_eq!(rejected, RejectedSamples::default());
     assert_eq!(check_plane(&rig, &means, 0.0, |at| (point_irradiance(at), 1.0)), 32 * 32);
     // Camera and light agree but for the weight, and a roof's shadow is black, not empty.
     let mut shadowed = point_scene();
     shadowed.meshes.push(quad(Vec3::new(-4.0, 1.0, -4.0), Vec3::Z * 8.0, Vec3::X * 4.0, 0));
     shadowed.instances.push(Instance { mesh: 1, world_from_object: Affine3A::IDENTITY });
-    let below = Camera { position: Vec3::Y * 0.9, ..camera };
     let rig = Rig::new(&shadowed, grid, &structure, WriteStrategy::Exact);
-    let means = rig.run(&[camera_rays(&below, 100.0)]).0;
+    let below_roof = view_from(&rig.scene, 0.9);
+    let means = rig.run(&[camera_rays(&below_roof, 100.0)]).0;
     // The roof ends at x = 0; its edge's shadow falls to x = −0.3·0.45/0.55 = −0.2455.
     for (slot, cell) in rig.cells.iter().enumerate() {
         let mean = means[slot * 6 + 2];
@@ -789,9 +794,9 @@ fn a_uniform_sky_gives_pi_l() {
     let scene = Scene { sky: Sky::Constant(2.0 * COLOR), ..plane_scene() };
     let (grid, structure) = plane_grid(6);
     let rig = Rig::new(&scene, grid, &structure, WriteStrategy::Exact);
-    let camera = camera_above();
+    let view = view_from(&rig.scene, 5.0);
     let extended = Injection { source: InjectionSource::Extended, ..light_rays(0, 40.0) };
-    for (injection, below) in [(extended, true), (camera_rays(&camera, 40.0), false)] {
+    for (injection, below) in [(extended, true), (camera_rays(&view, 40.0), false)] {
         let (means, rejected) = rig.run(&[injection]);
         assert_eq!(rejected, RejectedSamples::default());
         let mut sums = [0.0; 2];

@@ -7,7 +7,10 @@ use crate::support::{lambert, quad, room, scene};
 use glam::{Vec3, Vec4};
 use lucerna::reference::Channel;
 use lucerna::scene::{Light, Material, Scene};
-use lucerna::voxel_rt::{Lookup, VoxelRt, VoxelRtError, VoxelRtSettings};
+use lucerna::voxel_rt::{
+    Bounces, DirectLight, Lookup, RaysInjected, VoxelRt, VoxelRtError, VoxelRtSettings,
+    WriteStrategy,
+};
 
 fn lit_room() -> Scene {
     let mut world = scene(room([2.0, 1.0, 3.0], 0), vec![lambert([0.6, 0.5, 0.4])]);
@@ -48,7 +51,8 @@ fn any_resolution_gives_finite_light() {
         // A voxel as large as the room is met from outside alone, where it is dark.
         let lit = resolution == 1 || mean.min_element() > 0.0;
         assert!(mean.is_finite() && lit, "{resolution}: {mean}");
-        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
+        let counts: Vec<u32> =
+            bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
         assert!(counts[0] > 0 && counts[1] == 0, "{resolution}: {counts:?}");
     }
 }
@@ -66,8 +70,35 @@ fn an_empty_scene_is_empty() {
     let mut session = Session::new(&world, &eye(), small(16));
     let pixels = session.run(&world, 3);
     assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces == 0));
-    let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
+    let counts: Vec<u32> =
+        bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
     assert_eq!(counts[..2], [0, 0]);
+}
+
+/// Every source of light and every strategy of writing lights the room. The exact mean of the light's rays
+/// agrees with what the faces find themselves within 10 %: brighter parts of a voxel get more rays (found:
+/// 1.08 with 16 voxels along the room). The camera leaves dark what it does not see.
+#[test]
+fn every_way_of_injecting_lights_the_room() {
+    let world = upload(&lit_room());
+    let mean = |direct| {
+        let mut session = Session::new(&world, &eye(), VoxelRtSettings { direct, ..small(16) });
+        session.run(&world, 24);
+        session.mean(&world, 8, Channel::Indirect).y
+    };
+    let own = mean(DirectLight::PerFace);
+    for strategy in WriteStrategy::ALL {
+        let rays = RaysInjected { n_rays: 64, strategy };
+        let lights = mean(DirectLight::FromLights(rays)) / own;
+        let camera = mean(DirectLight::FromCamera(rays)) / own;
+        eprintln!("{strategy:?}: from the lights {lights}, from the camera {camera}");
+        assert!(camera > 0.2 && camera < lights, "{strategy:?}: {camera}");
+        match strategy {
+            WriteStrategy::Exact => assert!((lights - 1.0).abs() < 0.1, "{lights}"),
+            // 8 bits, of the light at an eighth of the diagonal; and Max takes the largest.
+            _ => assert!(lights > 0.5 && lights < 2.0, "{strategy:?}: {lights}"),
+        }
+    }
 }
 
 /// A light of no number is left out and counted, and nothing of it stays.
@@ -83,7 +114,8 @@ fn what_is_not_finite_is_counted_and_left_out() {
     let mut session = Session::new(&world, &eye(), small(16));
     let pixels = session.run(&world, 8);
     assert!(pixels.iter().all(|pixel| pixel.indirect.is_finite()));
-    let rejected: Vec<u32> = bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().n_rejected));
+    let rejected: Vec<u32> =
+        bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().n_rejected));
     assert!(rejected[0] > 0);
 }
 
@@ -101,6 +133,8 @@ fn colors_of_no_number_do_no_harm() {
 #[test]
 fn settings_out_of_range_are_refused() {
     let world = upload(&lit_room());
+    let no_rays =
+        DirectLight::FromCamera(RaysInjected { n_rays: 0, strategy: WriteStrategy::Exact });
     for settings in [
         VoxelRtSettings { resolution: 0, ..Default::default() },
         VoxelRtSettings { resolution: 257, ..Default::default() },
@@ -109,6 +143,8 @@ fn settings_out_of_range_are_refused() {
         VoxelRtSettings { points_per_face: 0, ..Default::default() },
         VoxelRtSettings { max_rays: 0, ..Default::default() },
         VoxelRtSettings { max_rays: 65537, ..Default::default() },
+        VoxelRtSettings { bounces: Bounces::UpTo(65), ..Default::default() },
+        VoxelRtSettings { direct: no_rays, ..Default::default() },
     ] {
         let error = VoxelRt::new(gpu(), &world, settings, Vec3::ZERO).unwrap_err();
         assert!(matches!(error, VoxelRtError::Setting { .. }), "{settings:?}: {error}");

@@ -7,7 +7,7 @@ use crate::support::{lambert, room, scene};
 use glam::{DVec3, Vec3};
 use lucerna::reference::Channel;
 use lucerna::scene::{Material, Scene};
-use lucerna::voxel_rt::{Bounces, FaceLight, VoxelRtSettings};
+use lucerna::voxel_rt::{Bounces, DirectLight, FaceLight, RaysInjected, VoxelRtSettings};
 
 pub const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
 
@@ -74,6 +74,15 @@ fn furnace_stops_after_as_many_bounces_as_were_asked_for() {
     }
 }
 
+/// Direct light deposited by rays that leave the walls.
+#[test]
+fn furnace_of_injected_light_converges() {
+    let rays = RaysInjected { n_rays: 128, ..Default::default() };
+    let settings = VoxelRtSettings { direct: DirectLight::FromLights(rays), ..coarse() };
+    converges(&furnace(0.5), 64, Reflections::All, settings);
+    converges(&furnace(0.5), 64, Reflections::All, VoxelRtSettings { n_levels: 2, ..settings });
+}
+
 #[test]
 fn furnace_without_bounces_has_no_indirect_light() {
     let world = upload(&furnace(0.5));
@@ -101,8 +110,10 @@ fn levels_that_scroll_keep_what_they_know() {
     session.run(&world, 16);
     session.camera = camera([0.05, 0.3, 0.05], [0.0, 0.25, 0.0]);
     session.run(&world, 1);
-    let light: Vec<FaceLight> = bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().lights));
-    let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
+    let light: Vec<FaceLight> =
+        bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().lights));
+    let counts: Vec<u32> =
+        bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
     let finest = &light[..6 * counts[0] as usize];
     let n_old = finest.iter().filter(|face| face.n_rays > settings.points_per_face as f32).count();
     let share = n_old as f64 / finest.len() as f64;

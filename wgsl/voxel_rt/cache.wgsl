@@ -34,12 +34,18 @@ struct FaceLight {
     n_rays: f32,
     /// The same light as `indirect`, of the newest frame with a hit alone [W·m⁻²].
     feedback: vec3<f32>,
-    /// Mean depth of the hits below the face, in cells (a 16-bit float, low), and REJECTED_BIT.
+    /// From the lowest bit: 8 of the hits' mean depth below the face [cells/255]; 8 of the share of hits on
+    /// walls [1/255]; 15 of in how many frames something was deposited; REJECTED_BIT.
     state: u32,
 }
 
 /// Set if a sample of the newest frame was not finite and was left out.
 const REJECTED_BIT: u32 = 0x80000000u;
+/// A surface whose normal is within 25° of a face's axis stands like a wall to it.
+const WALL_COSINE: f32 = 0.9;
+/// Where the count of deposits stands.
+const DEPOSITS_SHIFT: u32 = 16u;
+const DEPOSITS_MAX: u32 = 0x7fffu;
 /// The newest of n hits has RECENCY/n of `indirect`, so that hit k weighs about k^(RECENCY − 1): what was
 /// learned before the light was in balance fades, and 3/4 of the samples' worth is kept.
 const RECENCY: f32 = 2.0;
@@ -55,6 +61,8 @@ struct FaceSamples {
     n_rays: f32,
     /// Sum of the hits' depths below the face [cells].
     depth: f32,
+    /// How many of the hits lie on a surface that looks along the axis (WALL_COSINE).
+    n_wall_hits: f32,
     /// How many of the samples were not finite; their hits count as dark.
     n_rejected: u32,
 }
@@ -64,9 +72,15 @@ fn has_rejected(light: FaceLight) -> bool {
     return (light.state & REJECTED_BIT) != 0u;
 }
 
-/// Mean depth of the surface below the face, in cells.
+/// Mean depth of the surface below the face, in [0, 1] cells. (In steps of 1/255: with so many hits that
+/// the mean moves less, it stays.)
 fn hit_depth(light: FaceLight) -> f32 {
-    return unpack2x16float(light.state).x;
+    return unpack4x8unorm(light.state).x;
+}
+
+/// Share of the hits that lie on walls, in [0, 1]; in the same steps.
+fn wall_share(light: FaceLight) -> f32 {
+    return unpack4x8unorm(light.state).y;
 }
 
 /// The record with a frame's samples added.
@@ -86,7 +100,8 @@ fn renew(before: FaceLight, samples: FaceSamples, light_rays: f32, max_rays: f32
         return after;
     }
     let depth = (hit_depth(before) * old_hits + samples.depth) / after.n_hits;
-    after.state = pack2x16float(vec2<f32>(depth, 0.0))
+    let walls = (wall_share(before) * old_hits + samples.n_wall_hits) / after.n_hits;
+    after.state = pack4x8unorm(vec4<f32>(depth, walls, 0.0, 0.0))
         | select(0u, REJECTED_BIT, samples.n_rejected > 0u);
     if samples.n_hits == 0.0 {
         // Without a hit in this frame, the light stays.
@@ -105,6 +120,35 @@ fn renew(before: FaceLight, samples: FaceSamples, light_rays: f32, max_rays: f32
     let recent = min(RECENCY * share, 1.0);
     after.indirect = before.indirect * (1.0 - recent) + indirect * recent;
     after.feedback = indirect;
+    return after;
+}
+
+/// In how many frames something was deposited.
+fn n_deposits(light: FaceLight) -> u32 {
+    return (light.state >> DEPOSITS_SHIFT) & DEPOSITS_MAX;
+}
+
+/// The record with the direct light of another, which was not found by its own rays but deposited.
+fn keep_deposits(light: FaceLight, before: FaceLight) -> FaceLight {
+    var out = light;
+    out.direct = before.direct;
+    out.state = (light.state & ~(DEPOSITS_MAX << DEPOSITS_SHIFT)) | (n_deposits(before) << DEPOSITS_SHIFT);
+    return out;
+}
+
+/// The record with what rays from elsewhere deposited in one frame; `direct` is the mean over the frames
+/// in which something was.
+///
+/// `mean`: rgb irradiance [W·m⁻²], a: number of samples. `light_frames` ≥ 1: how many frames, this one
+/// included, saw the light as it is now; what is older is forgotten, and where nothing has come since it is
+/// dark.
+fn add_deposit(before: FaceLight, mean: vec4<f32>, light_frames: u32) -> FaceLight {
+    let n_known = min(n_deposits(before), min(light_frames - 1u, DEPOSITS_MAX - 1u));
+    let n_new = select(0u, 1u, mean.a > 0.0);
+    let known = select(before.direct, vec3<f32>(0.0), n_known == 0u);
+    var after = before;
+    after.direct = known + (mean.rgb - known) * (f32(n_new) / f32(max(n_known + n_new, 1u)));
+    after.state = (before.state & ~(DEPOSITS_MAX << DEPOSITS_SHIFT)) | ((n_known + n_new) << DEPOSITS_SHIFT);
     return after;
 }
 
@@ -127,6 +171,16 @@ fn sharing(light: FaceLight, light_rays: f32) -> f32 {
 fn tent(offset: vec3<i32>) -> f32 {
     let halves = select(vec3<f32>(1.0), vec3<f32>(0.5), offset != vec3<i32>(0));
     return halves.x * halves.y * halves.z;
+}
+
+/// How much of the face walls cover, in [0, 1].
+fn wall_coverage(light: FaceLight) -> f32 {
+    return coverage(light) * wall_share(light);
+}
+
+/// Whether light has been found on the face.
+fn is_lit(light: FaceLight) -> bool {
+    return any(light.direct + light.indirect > vec3<f32>(0.0));
 }
 
 /// A weighted sum of what records hold.

@@ -10,7 +10,7 @@ use lucerna::scene::{Light, Scene};
 use lucerna::voxel::VoxelGrid;
 use lucerna::voxel_rt::{
     Injection, InjectionSource, RUN_SIDE, VoxelInjector, VoxelIrradiance, VoxelSample,
-    WriteStrategy, largest_irradiance, sparse_grid,
+    WriteStrategy, sparse_grid,
 };
 use std::error::Error;
 use std::time::{Duration, Instant};
@@ -69,10 +69,10 @@ fn measure_one(
     rows: &mut Vec<Row>,
 ) -> Result<(), Box<dyn Error>> {
     let hits = hits_of_light(gpu, scene, light, n_rays)?;
-    let (grid, structure, samples) = voxels_of_hits(scene, light, cells, &hits);
+    let (grid, structure, samples) = voxels_of_hits(scene, cells, &hits);
     let structure = buffer(gpu, bytemuck::cast_slice(&structure));
     let sample_buffer = buffer(gpu, bytemuck::cast_slice(&samples));
-    let largest_irradiance = largest_irradiance(light, grid.cell);
+    let largest_irradiance = scene.punctual_peaks()[0].at(0.5 * grid.cell);
     let traced =
         Injection { source: InjectionSource::Light(0), n_rays, seed: 1, largest_irradiance };
     let written = Injection {
@@ -203,7 +203,6 @@ fn hits_of_light(
 /// as samples.
 fn voxels_of_hits(
     scene: &GpuScene,
-    light: &Light,
     cells: u32,
     hits: &[Place],
 ) -> (VoxelGrid, Vec<[u32; 2]>, Vec<VoxelSample>) {
@@ -233,7 +232,7 @@ fn voxels_of_hits(
         let cell = UVec3::new(packed & 1023, packed >> 10 & 1023, packed >> 20);
         slot_of[index(cell)] = slot as u32;
     }
-    let largest = largest_irradiance(light, cell);
+    let largest = scene.punctual_peaks()[0].at(0.5 * cell);
     let samples = hits
         .iter()
         .map(|hit| VoxelSample {

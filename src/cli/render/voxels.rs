@@ -1,7 +1,9 @@
 //! Flags of `voxel-rt`.
 
 use clap::Args;
-use lucerna::voxel_rt::{Bounces, Lookup, VoxelRtSettings};
+use lucerna::voxel_rt::{
+    Bounces, DirectLight, Lookup, RaysInjected, VoxelRtSettings, WriteStrategy,
+};
 
 /// What only `voxel-rt` looks at.
 #[derive(Args, Clone, Debug)]
@@ -20,9 +22,40 @@ pub struct VoxelArguments {
     /// Surface points drawn on each voxel's face in each frame.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
     points: u32,
+    /// Where the light comes from that the grid holds before it is reflected.
+    #[arg(long, value_enum, default_value_t = InjectArgument::Faces)]
+    inject: InjectArgument,
+    /// With `--inject lights` or `camera`: N × N rays a frame (and light).
+    #[arg(long, value_name = "N", default_value_t = RaysInjected::default().n_rays, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    inject_rays: u32,
+    /// With `--inject lights` or `camera`: how rays come together that meet the same voxel's face.
+    #[arg(long, value_enum, default_value_t = WriteArgument::Exact)]
+    write: WriteArgument,
     /// How pixels read the grid.
     #[arg(long, value_enum, default_value_t = LookupArgument::Valid)]
     lookup: LookupArgument,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum InjectArgument {
+    /// Every voxel's face draws points and lights, and traces shadow rays.
+    Faces,
+    /// Rays leave the lights (the source's).
+    Lights,
+    /// Rays leave the camera.
+    Camera,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum WriteArgument {
+    /// The last writer wins (racy; 8 bits a channel).
+    Store,
+    /// Moving average of up to 255 samples by compare-and-swap (8 bits a channel; the source's).
+    MovingAverage,
+    /// The largest (8 bits a channel).
+    Max,
+    /// The exact mean, whatever the order.
+    Exact,
 }
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
@@ -38,11 +71,25 @@ enum LookupArgument {
 impl VoxelArguments {
     /// `bounces`: None: without end.
     pub fn settings(&self, bounces: Option<u32>, seed: u32) -> VoxelRtSettings {
+        let rays = RaysInjected {
+            n_rays: self.inject_rays,
+            strategy: match self.write {
+                WriteArgument::Store => WriteStrategy::Store,
+                WriteArgument::MovingAverage => WriteStrategy::MovingAverage,
+                WriteArgument::Max => WriteStrategy::Max,
+                WriteArgument::Exact => WriteStrategy::Exact,
+            },
+        };
         VoxelRtSettings {
             resolution: self.voxels,
             anisotropic: !self.isotropic,
             n_levels: self.levels,
             points_per_face: self.points,
+            direct: match self.inject {
+                InjectArgument::Faces => DirectLight::PerFace,
+                InjectArgument::Lights => DirectLight::FromLights(rays),
+                InjectArgument::Camera => DirectLight::FromCamera(rays),
+            },
             bounces: bounces.map_or(Bounces::Unlimited, Bounces::UpTo),
             lookup: match self.lookup {
                 LookupArgument::Valid => Lookup::Valid,

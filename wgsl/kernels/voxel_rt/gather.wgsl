@@ -32,7 +32,7 @@
 #import lucerna::sampling::pcg::{pcg, pcg3d, random_vec4}
 #import lucerna::voxel::grid::{face_axis, face_normal, unpack_cell, world_from_grid}
 #import lucerna::voxel::levels::{VoxelLevel, slot_word}
-#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, renew}
+#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, WALL_COSINE, is_lit, keep_deposits, renew}
 
 const WORKGROUP: u32 = 64u;
 /// Rays along the axis start so far before the face and end so far behind the opposite one [cells]:
@@ -88,9 +88,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let packed_cell = structure[slot_word(level, record / n_faces)].x;
     let known = lights[level.first_record + record];
     let hash = pcg3d(vec3<u32>(packed_cell, record % n_faces + 8u * info.level, info.seed));
-    let is_dark = all(known.direct + known.indirect == vec3<f32>(0.0));
     let is_known = min(known.n_rays, info.light_rays) >= IDLE_AFTER;
-    if is_dark && is_known && (info.frame + hash.x) % IDLE_PERIOD != 0u {
+    if !is_lit(known) && is_known && (info.frame + hash.x) % IDLE_PERIOD != 0u {
         return;
     }
     var samples: FaceSamples;
@@ -100,7 +99,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     var renewed = renew(known, samples, info.light_rays, info.max_rays);
     if info.finds_direct == 0u {
-        renewed.direct = known.direct;
+        renewed = keep_deposits(renewed, known);
     }
     lights[level.first_record + record] = renewed;
 }
@@ -183,6 +182,7 @@ fn add_sample(
     }
     samples.n_hits += 1.0;
     samples.depth += hit.t / level.grid.cell - BORDER;
+    samples.n_wall_hits += select(0.0, 1.0, abs(dot(found.geometric_normal, outward)) >= WALL_COSINE);
     if all_finite(direct) && all_finite(indirect) {
         samples.direct += direct;
         samples.indirect += indirect;

@@ -8,7 +8,7 @@
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
 #import lucerna::voxel_rt::cache::{FaceLight, has_rejected}
-#import lucerna::voxel_rt::walls::walls_of_axis
+#import lucerna::voxel_rt::walls::{open_part, walls_of_axis}
 
 const WORKGROUP: u32 = 64u;
 
@@ -45,9 +45,16 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if level.grid.n_faces != 6u {
         return;
     }
+    let open = vec3<f32>(
+        open_part(lights[first], lights[first + 1u]),
+        open_part(lights[first + 2u], lights[first + 3u]),
+        open_part(lights[first + 4u], lights[first + 5u]),
+    );
     var walls = 0u;
     for (var axis = 0u; axis < 3u; axis++) {
-        walls |= walls_of_axis(axis, lights[first + 2u * axis], lights[first + 2u * axis + 1u]);
+        let beside = open[(axis + 1u) % 3u] * open[(axis + 2u) % 3u];
+        let at = first + 2u * axis;
+        walls |= walls_of_axis(axis, lights[at], lights[at + 1u], beside);
     }
     structure[slot_word(level, slot)].y = walls;
 }
