@@ -14,5 +14,6 @@ mod statistics;
 mod texture_oracle;
 mod voxel;
 mod voxel_attributes;
+mod voxel_cache;
 mod voxel_write;
 mod voxelize;
