@@ -3,6 +3,7 @@
 mod rays;
 mod reference;
 mod room;
+mod voxel_rt;
 mod voxel_write;
 mod voxelize;
 
@@ -24,7 +25,7 @@ pub struct BenchArguments {
     /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
     #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
     camera: Option<CameraChoice>,
-    /// voxel-write: small sizes only.
+    /// voxel-rt, voxel-write: small sizes only.
     #[arg(long)]
     quick: bool,
     /// Print JSON.
@@ -42,6 +43,8 @@ enum Group {
     Reference,
     /// Voxelizing by compute and by the rasteriser, and the share of voxels that is missed.
     Voxelize,
+    /// Passes of `voxel-rt` beside its source's configuration (only by name: it takes minutes).
+    VoxelRt,
     /// How irradiance is written into voxels: store, moving average, max, exact (only by name: it
     /// takes minutes).
     VoxelWrite,
@@ -75,6 +78,10 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
     }
     if wants(Group::Voxelize) {
         groups.push(("voxelize", voxelize::measure(&gpu, &scene, source)?));
+    }
+    if arguments.group == Some(Group::VoxelRt) {
+        let rows = voxel_rt::measure(&gpu, &scene, &camera, source, arguments.quick)?;
+        groups.push(("voxel-rt", rows));
     }
     if arguments.group == Some(Group::VoxelWrite) {
         let rows = voxel_write::measure(&gpu, &scene, source, arguments.quick)?;
