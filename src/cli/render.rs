@@ -159,11 +159,17 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
             arguments.frames,
             arguments.bounces.unwrap_or(REFERENCE_BOUNCES),
         ),
-        Technique::Direct => realtime::render(arguments, |_, _, _| Ok(lucerna::frame::NoIndirect)),
-        Technique::VoxelRt => realtime::render(arguments, |gpu, scene, camera| {
+        Technique::Direct => {
+            let make = |_: &Gpu, _: &GpuScene, _: &Camera| Ok(lucerna::frame::NoIndirect);
+            realtime::render(arguments, make, |_, _| Ok(()))
+        }
+        Technique::VoxelRt => {
             let settings = arguments.voxels.settings(arguments.bounces, arguments.output.seed);
-            Ok(VoxelRt::new(gpu, scene, settings, camera.position)?)
-        }),
+            let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera| {
+                Ok(VoxelRt::new(gpu, scene, settings, camera.position)?)
+            };
+            realtime::render(arguments, make, voxels::warn)
+        }
     }
 }
 

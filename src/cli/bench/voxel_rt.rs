@@ -64,29 +64,30 @@ pub fn measure(
     ];
     let mut rows = Vec::new();
     let mut baseline = None;
-    for (name, settings) in configurations {
-        let passes = bench.passes(picture, settings)?;
+    let all = bench.passes(&configurations.map(|(_, settings)| (picture, settings)))?;
+    for ((name, _), passes) in configurations.iter().zip(all) {
         let total: f64 = passes.iter().map(|(_, ms)| ms).sum();
         let baseline = *baseline.get_or_insert(total);
         for (pass, ms) in passes {
             rows.push(row(format!("{name}: {pass}"), ms, "ms"));
         }
-        let ratio = (name != BASELINE).then_some((total / baseline, BASELINE));
+        let ratio = (*name != BASELINE).then_some((total / baseline, BASELINE));
         rows.push(Row { ratio, ..row(format!("{name}: total"), total, "ms") });
     }
     // Shading by pixels whatever the rays, and injection by rays whatever the pixels.
-    let injected = |n_rays| VoxelRtSettings {
-        direct: DirectLight::FromLights(RaysInjected { n_rays, strategy: WriteStrategy::Exact }),
-        ..ours
-    };
-    for (size, n_rays) in [
+    let sizes = [
         (picture / 4, n_rays),
         (picture / 2, n_rays),
         (picture, n_rays),
         (picture / 2, n_rays / 2),
         (picture / 2, 2 * n_rays),
-    ] {
-        let passes = bench.passes(size, injected(n_rays))?;
+    ];
+    let injected = |n_rays| VoxelRtSettings {
+        direct: DirectLight::FromLights(RaysInjected { n_rays, strategy: WriteStrategy::Exact }),
+        ..ours
+    };
+    let all = bench.passes(&sizes.map(|(size, n_rays)| (size, injected(n_rays))))?;
+    for ((size, n_rays), passes) in sizes.into_iter().zip(all) {
         let of = |name| passes.iter().find(|(pass, _)| *pass == name).map_or(0.0, |(_, ms)| *ms);
         let name = format!("{} x {}, {n_rays}^2 rays", size.x, size.y);
         let (n_pixels, n_rays) = (f64::from(size.element_product()), f64::from(n_rays).powi(2));
@@ -117,60 +118,87 @@ struct Bench<'a> {
     camera: &'a Camera,
 }
 
+/// Fastest time of passes \[ms\].
+type Passes = Vec<(&'static str, f64)>;
+
+/// One configuration under way.
+struct Rig {
+    technique: VoxelRt,
+    gbuffer: GBuffer,
+    view: View,
+    best: Passes,
+}
+
 impl Bench<'_> {
-    /// Fastest time of each of the technique's passes [ms]: voxelizing and carrying from frames in which
-    /// everything moved, the others from frames in which nothing did.
+    /// Of each configuration the technique's passes: voxelizing and carrying from frames in which everything
+    /// moved, the others from frames in which nothing did. The configurations take turns, so that a
+    /// disturbance meets all of them.
     fn passes(
         &self,
-        size: UVec2,
-        settings: VoxelRtSettings,
-    ) -> Result<Vec<(&'static str, f64)>, Box<dyn Error>> {
+        configurations: &[(UVec2, VoxelRtSettings)],
+    ) -> Result<Vec<Passes>, Box<dyn Error>> {
         let mut timers = PassTimers::new(self.gpu)
             .ok_or("this device has no timestamps: passes can't be timed")?;
-        let mut technique = VoxelRt::new(self.gpu, self.scene, settings, self.camera.position)?;
-        let gbuffer = GBuffer::new(self.gpu, size)?;
         let mut gbuffer_pass = GBufferPass::new(self.gpu, self.scene);
-        let mut view = View::new(self.gpu, size);
-        let mut best: Vec<(&'static str, f64)> = Vec::new();
+        let mut rigs = Vec::new();
+        for &(size, settings) in configurations {
+            rigs.push(Rig {
+                technique: VoxelRt::new(self.gpu, self.scene, settings, self.camera.position)?,
+                gbuffer: GBuffer::new(self.gpu, size)?,
+                view: View::new(self.gpu, size),
+                best: Vec::new(),
+            });
+        }
         for frame_ix in 0..1 + ROUNDS + FRAMES_TO_SETTLE + ROUNDS {
-            // The first frame compiles.
-            let is_moved = frame_ix <= ROUNDS;
-            let is_settled = frame_ix > ROUNDS + FRAMES_TO_SETTLE;
-            if is_moved {
-                technique.changed(Change::Geometry);
-            }
-            let settings =
-                ViewSettings { n_accumulated: 1, seed: 0, near: 0.01, irradiance: false };
-            view.advance(self.gpu, self.scene, self.camera, &settings);
-            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            timers.begin_frame();
-            let frame = &mut Frame {
-                gpu: self.gpu,
-                encoder: &mut encoder,
-                scene: self.scene,
-                view: &view,
-                timers: Some(&mut timers),
-            };
-            technique.update(frame)?;
-            if frame_ix == 0 || is_settled {
-                gbuffer_pass.record(frame, &gbuffer);
-                technique.shade(frame, &gbuffer);
-            }
-            timers.resolve(&mut encoder);
-            self.gpu.queue.submit([encoder.finish()]);
-            let bytes = read_buffer(self.gpu, timers.resolved())?;
-            let counts = |name: &str| match VOXELIZE.contains(&name) {
-                true => is_moved && frame_ix > 0,
-                false => is_settled && name.starts_with("voxel"),
-            };
-            let timed = timers.milliseconds(&bytes);
-            for (name, ms) in timed.into_iter().filter(|(name, _)| counts(name)) {
-                match best.iter_mut().find(|(known, _)| *known == name) {
-                    Some((_, least)) => *least = least.min(ms),
-                    None => best.push((name, ms)),
-                }
+            for rig in &mut rigs {
+                self.frame(rig, frame_ix, &mut timers, &mut gbuffer_pass)?;
             }
         }
-        Ok(best)
+        Ok(rigs.into_iter().map(|rig| rig.best).collect())
+    }
+
+    fn frame(
+        &self,
+        rig: &mut Rig,
+        frame_ix: u32,
+        timers: &mut PassTimers,
+        gbuffer_pass: &mut GBufferPass,
+    ) -> Result<(), Box<dyn Error>> {
+        // The first frame compiles.
+        let is_moved = frame_ix <= ROUNDS;
+        let is_settled = frame_ix > ROUNDS + FRAMES_TO_SETTLE;
+        if is_moved {
+            rig.technique.changed(Change::Geometry);
+        }
+        let settings = ViewSettings { n_accumulated: 1, seed: 0, near: 0.01, irradiance: false };
+        rig.view.advance(self.gpu, self.scene, self.camera, &settings);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        timers.begin_frame();
+        let frame = &mut Frame {
+            gpu: self.gpu,
+            encoder: &mut encoder,
+            scene: self.scene,
+            view: &rig.view,
+            timers: Some(timers),
+        };
+        rig.technique.update(frame)?;
+        if frame_ix == 0 || is_settled {
+            gbuffer_pass.record(frame, &rig.gbuffer);
+            rig.technique.shade(frame, &rig.gbuffer);
+        }
+        timers.resolve(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        let bytes = read_buffer(self.gpu, timers.resolved())?;
+        let counts = |name: &str| match VOXELIZE.contains(&name) {
+            true => is_moved && frame_ix > 0,
+            false => is_settled && name.starts_with("voxel"),
+        };
+        for (name, ms) in timers.milliseconds(&bytes).into_iter().filter(|(name, _)| counts(name)) {
+            match rig.best.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, least)) => *least = least.min(ms),
+                None => rig.best.push((name, ms)),
+            }
+        }
+        Ok(())
     }
 }

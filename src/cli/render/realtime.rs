@@ -36,9 +36,12 @@ fn parse_near(text: &str) -> Result<f32, String> {
 }
 
 /// Renders the frames with the technique that `make` returns, and writes what was asked for.
+///
+/// `warn`: says what the technique had to leave out.
 pub fn render<T: Technique>(
     arguments: &RenderArguments,
     make: impl FnOnce(&Gpu, &GpuScene, &Camera) -> Result<T, Box<dyn Error>>,
+    warn: impl FnOnce(&Gpu, &T) -> CommandResult,
 ) -> CommandResult {
     let output = &arguments.output;
     let Ready { camera, size, gpu, info, rays, gpu_scene } =
@@ -78,6 +81,7 @@ pub fn render<T: Technique>(
             stats.n_rejected
         );
     }
+    warn(&gpu, &technique)?;
     write_picture(&sums, size, output)?;
     if let Some(file) = &output.timings {
         let passes = stats.passes.iter().map(|(name, time)| {

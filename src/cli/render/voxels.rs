@@ -1,8 +1,12 @@
 //! Flags of `voxel-rt`.
 
+use crate::cli::CommandResult;
 use clap::Args;
+use lucerna::blocking::read_buffer;
+use lucerna::gpu::Gpu;
 use lucerna::voxel_rt::{
-    Bounces, DirectLight, Lookup, RaysInjected, VoxelRtSettings, WriteStrategy,
+    Bounces, DirectLight, Lookup, RaysInjected, RejectedSamples, VoxelRt, VoxelRtSettings,
+    WriteStrategy,
 };
 
 /// What only `voxel-rt` looks at.
@@ -100,4 +104,35 @@ impl VoxelArguments {
             ..VoxelRtSettings::default()
         }
     }
+}
+
+/// Says what had to be left out: voxels without room, light that is no number.
+pub fn warn(gpu: &Gpu, technique: &VoxelRt) -> CommandResult {
+    let word =
+        |bytes: &[u8], ix: usize| u32::from_ne_bytes(std::array::from_fn(|k| bytes[4 * ix + k]));
+    let buffers = technique.buffers();
+    for (level, counts) in buffers.counts.iter().enumerate() {
+        let bytes = read_buffer(gpu, counts)?;
+        let (found, without_room) = (word(&bytes, 0), word(&bytes, 1));
+        if without_room > 0 {
+            errln!(
+                "warning: level {level} has room for {found} voxels and {without_room} are left out: use fewer --voxels or --isotropic"
+            );
+        }
+    }
+    let n_rejected = word(&read_buffer(gpu, &buffers.n_rejected)?, 0);
+    if n_rejected > 0 {
+        errln!("warning: light of voxels was not finite and counts as dark ({n_rejected} times)");
+    }
+    for volume in technique.deposit().into_iter().flat_map(|deposit| deposit.volumes()) {
+        let rejected = RejectedSamples::from_bytes(&read_buffer(gpu, volume.accumulators())?);
+        if rejected.not_finite + rejected.clamped > 0 {
+            errln!(
+                "warning: of the injected light {} samples were not finite and {} were clamped",
+                rejected.not_finite,
+                rejected.clamped
+            );
+        }
+    }
+    Ok(())
 }
