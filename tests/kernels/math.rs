@@ -440,7 +440,10 @@ fn halves_are_neighbours_and_never_infinite() {
             }
             let unpacked = f64::from(f32::from_bits(output[1 + lane]));
             let flushed = unpacked == 0.0 && bits & 0x7c00 == 0;
-            assert!(unpacked == half(bits) || flushed, "{bits:#06x}: {unpacked}");
+            // A few units of f32, which a driver takes from negative ones (see the module).
+            let few = half(bits).abs() * 2f64.powi(-22) + 2f64.powi(-126);
+            let close = (unpacked - half(bits)).abs() <= few;
+            assert!(close || flushed, "{bits:#06x}: {unpacked}");
             if exact == half(bits) && exact != 0.0 {
                 assert_eq!(x < 0.0, bits >> 15 == 1);
             }

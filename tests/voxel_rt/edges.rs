@@ -4,11 +4,11 @@ use crate::furnace::EMISSION;
 use crate::harness::{gpu, read};
 use crate::session::{Session, camera, upload};
 use crate::support::{lambert, quad, room, scene};
-use glam::{Vec3, Vec4};
+use glam::{Affine3A, Vec3, Vec4};
 use lucerna::reference::Channel;
 use lucerna::scene::{Light, Material, Scene};
 use lucerna::voxel_rt::{
-    Bounces, DirectLight, Lookup, RaysInjected, VoxelRt, VoxelRtError, VoxelRtSettings,
+    Bounces, Change, DirectLight, Lookup, RaysInjected, VoxelRt, VoxelRtError, VoxelRtSettings,
     WriteStrategy,
 };
 
@@ -99,6 +99,41 @@ fn every_way_of_injecting_lights_the_room() {
             _ => assert!(lights > 0.5 && lights < 2.0, "{strategy:?}: {lights}"),
         }
     }
+}
+
+/// The grid stands where the scene was when the technique was made. A scene that has left it has no voxels and
+/// no indirect light; back again, it has what it had.
+#[test]
+fn a_scene_outside_the_grid_is_dark() {
+    let inside = lit_room();
+    let mut outside = inside.clone();
+    let away = Affine3A::from_translation(Vec3::X * 50.0);
+    outside.instances.iter_mut().for_each(|i| i.world_from_object = away * i.world_from_object);
+    for light in &mut outside.lights {
+        let Light::Point { position, .. } = light else { panic!("a point light") };
+        position.x += 50.0;
+    }
+    let (inside, outside) = (upload(&inside), upload(&outside));
+    let n_voxels = |session: &Session| {
+        let counts = &session.technique.buffers().counts[0];
+        bytemuck::pod_collect_to_vec::<_, u32>(&read(counts))[0]
+    };
+    let settings = VoxelRtSettings { points_per_face: 4, ..small(16) };
+    let mut session = Session::new(&inside, &eye(), settings);
+    session.run(&inside, 32);
+    let before = session.mean(&inside, 16, Channel::Indirect).y;
+    assert!(before > 0.0 && n_voxels(&session) > 0);
+    session.camera.position.x += 50.0;
+    session.technique.changed(Change::Geometry);
+    let pixels = session.run(&outside, 4);
+    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces > 0));
+    assert_eq!(n_voxels(&session), 0);
+    session.camera.position.x -= 50.0;
+    session.technique.changed(Change::Geometry);
+    session.run(&inside, 32);
+    let after = session.mean(&inside, 16, Channel::Indirect).y;
+    eprintln!("back in the grid: {after} for {before}");
+    assert!((after / before - 1.0).abs() < 0.05, "{after} for {before}");
 }
 
 /// A light of no number is left out and counted, and nothing of it stays.

@@ -17,7 +17,7 @@ const PICTURE: UVec2 = UVec2::new(1920, 1080);
 const CELLS: u32 = 128;
 const RAYS: u32 = 512;
 /// The fastest of so many frames counts.
-const ROUNDS: u32 = 3;
+const ROUNDS: u32 = 5;
 /// Frames until faces that are dark are seldom asked any more.
 const FRAMES_TO_SETTLE: u32 = 24;
 const BASELINE: &str = "store, 1 bounce";

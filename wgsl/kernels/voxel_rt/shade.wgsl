@@ -10,7 +10,6 @@
 #import lucerna::frame::gbuffer::{GBufferSurface, GBufferTexels, decode_gbuffer}
 #import lucerna::frame::view::FrameView
 #import lucerna::math::constants::INV_PI
-#import lucerna::math::float::all_finite
 const WORKGROUP: u32 = 8u;
 struct ShadeInfo {
     /// A LOOKUP_ constant of `fields::voxel_light`.
@@ -51,5 +50,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let irradiance = irradiance_at(surface.position, surface.shading_normal, info.lookup);
         radiance = albedo * INV_PI * irradiance;
     }
-    textureStore(indirect, id.xy, vec4<f32>(select(vec3<f32>(0.0), radiance, all_finite(radiance)), 1.0));
+    textureStore(indirect, id.xy, vec4<f32>(radiance, 1.0));
 }
