@@ -22,8 +22,8 @@ fn pack_half(v: vec2<f32>) -> u32 {
     return pack2x16float(bitcast<vec2<f32>>(clamped | (bits & vec2<u32>(0x80000000u))));
 }
 
-/// The two numbers of [`pack_half`]: exactly by WGSL's rules. Mesa 25's lavapipe is off by up to two units in the last
-/// place (of f32) for negative ones, and makes a subnormal f32 of −0.
+/// The two numbers of [`pack_half`], exactly; subnormal halves may be flushed to 0. Directly after it, some
+/// drivers (Mesa 25's lavapipe) leave both out and with them the rounding.
 fn unpack_half(packed: u32) -> vec2<f32> {
     return unpack2x16float(packed);
 }
