@@ -90,6 +90,8 @@ pub const CASES: &[Case] = &[
         &[(K, "#define_import_path lucerna::kernels::k", "")]),
     one("seam_group_1", &[(BindGroup, SCENE, 3, 1, "owns group 0 alone, not 1")],
         &[(SCENE, "@group(1)", "@group(0)")]),
+    one("field_group_1", &[(BindGroup, "fields/light.wgsl", 3, 1, "fields bind in group 2 alone, not in 1")],
+        &[("fields/light.wgsl", "@group(1)", "@group(2)")]),
     one("kernel_group_0", &[(BindGroup, K, 1, 1, "group 0 belongs to the host seam")],
         &[(K, "@group(0)", "@group(3)")]),
     one("kernel_group_4", &[(BindGroup, K, 1, 1, "bind groups 0 to 3 only, not 4")],
