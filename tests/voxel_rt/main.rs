@@ -10,4 +10,5 @@ mod support;
 mod changes;
 mod edges;
 mod furnace;
+mod gather;
 mod session;
