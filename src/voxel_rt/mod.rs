@@ -229,15 +229,17 @@ impl VoxelRt {
         }
         let (gpu, scene) = (frame.gpu, frame.scene);
         let shifts = self.follow(gpu, frame.view.data().camera.position);
-        if self.pending.is_some() || shifts.iter().any(|&shift| shift != IVec3::ZERO) {
-            self.voxelize(frame, &shifts)?;
-        }
         let n_points = self.settings.points_per_face;
         let learning = |frames: u32| frames.saturating_sub(FRAMES_WITHOUT_HISTORY - 1).max(1);
         let light_frames = learning(self.frames_since_change);
         let light_rays = light_frames.saturating_mul(n_points);
         let moving_rays = learning(self.frames_since_motion).saturating_mul(n_points);
         let max_rays = self.settings.max_rays.min(moving_rays.max(RAYS_WHILE_MOVING));
+        if self.pending.is_some() || shifts.iter().any(|&shift| shift != IVec3::ZERO) {
+            self.voxelize(frame, &shifts)?;
+            // What bounces look up stands by the places of before.
+            self.publish_light(frame, light_rays as f32);
+        }
         if let Some(deposit) = &self.deposit {
             let voxelizers = self.levels.iter().map(|level| &level.voxelizer);
             let seed = self.settings.seed.wrapping_add(self.n_frames);
@@ -267,25 +269,7 @@ impl VoxelRt {
                 self.gather.record(gpu, &mut pass, scene, &info, arguments);
             }
         }
-        {
-            let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("voxel_rt/publish"),
-                timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/publish")),
-            });
-            for (level, of_level) in (0..).zip(&self.levels) {
-                let info = WallsInfo { level, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
-                let arguments = (of_level.voxelizer.counts(), VOXEL_GROUPS_OFFSET);
-                self.walls.record(gpu, &mut pass, &info, arguments);
-                let info = PublishInfo {
-                    level,
-                    feedback: u32::from(self.settings.bounces == Bounces::Unlimited),
-                    light_rays: light_rays as f32,
-                    reserved: 0,
-                };
-                let arguments = (of_level.voxelizer.counts(), RECORD_GROUPS_OFFSET);
-                self.publish.record(gpu, &mut pass, &info, arguments);
-            }
-        }
+        self.publish_light(frame, light_rays as f32);
         self.n_frames += 1;
         self.frames_since_change = self.frames_since_change.saturating_add(1);
         self.frames_since_motion = self.frames_since_motion.saturating_add(1);
@@ -316,6 +300,28 @@ impl VoxelRt {
             gpu.queue.write_buffer(&self.buffers.levels, 0, bytemuck::bytes_of(&self.layout));
         }
         shifts
+    }
+
+    /// Notes the walls and makes what bounces and pictures look up. (Uniforms hold the last call's settings; a
+    /// frame's calls agree.)
+    fn publish_light(&self, frame: &mut Frame, light_rays: f32) {
+        let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("voxel_rt/publish"),
+            timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/publish")),
+        });
+        for (level, of_level) in (0..).zip(&self.levels) {
+            let info = WallsInfo { level, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
+            let arguments = (of_level.voxelizer.counts(), VOXEL_GROUPS_OFFSET);
+            self.walls.record(frame.gpu, &mut pass, &info, arguments);
+            let info = PublishInfo {
+                level,
+                feedback: u32::from(self.settings.bounces == Bounces::Unlimited),
+                light_rays,
+                reserved: 0,
+            };
+            let arguments = (of_level.voxelizer.counts(), RECORD_GROUPS_OFFSET);
+            self.publish.record(frame.gpu, &mut pass, &info, arguments);
+        }
     }
 
     /// Records new structures and carries the light into them.

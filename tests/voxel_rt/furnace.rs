@@ -3,11 +3,11 @@
 
 use crate::harness::read;
 use crate::session::{Session, camera, upload};
-use crate::support::{lambert, room, scene};
-use glam::{DVec3, Vec3};
+use crate::support::{floor, lambert, room, scene};
+use glam::{Affine3A, DVec3, Vec3};
 use lucerna::reference::Channel;
-use lucerna::scene::{Material, Scene};
-use lucerna::voxel_rt::{Bounces, DirectLight, FaceLight, RaysInjected, VoxelRtSettings};
+use lucerna::scene::{Instance, Material, Scene};
+use lucerna::voxel_rt::{Bounces, Change, DirectLight, FaceLight, RaysInjected, VoxelRtSettings};
 
 pub const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
 
@@ -119,4 +119,43 @@ fn levels_that_scroll_keep_what_they_know() {
     let share = n_old as f64 / finest.len() as f64;
     eprintln!("{share} of {} faces are known", finest.len());
     assert!(share > 0.9);
+}
+
+/// In the very frame in which voxels change their places in memory (for a board has moved), bounces find their
+/// light by the new places: every face's newest light is what it was, but for rays that meet the board, of whose
+/// new faces nothing is known yet: 0.72 of 22.72 m². Within 2 %, of 4 rays a face. (Read by the old places, a
+/// sixth is missing.)
+#[test]
+fn bounces_find_their_light_while_things_move() {
+    let board_at = |z: f32| {
+        let mut world = furnace(0.5);
+        world.materials[0].double_sided = true;
+        world.meshes.push(floor(0.3, 0.0, 0));
+        let mesh = world.meshes.len() - 1;
+        let world_from_object = Affine3A::from_translation(Vec3::new(1.0, 0.45, z));
+        world.instances.push(Instance { mesh, world_from_object });
+        upload(&world)
+    };
+    let (here, there) = (board_at(0.5), board_at(2.5));
+    let mut session = Session::new(&here, &camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4]), coarse());
+    session.run(&here, 24);
+    let newest = |session: &Session| {
+        let buffers = session.technique.buffers();
+        let light: Vec<FaceLight> = bytemuck::pod_collect_to_vec(&read(&buffers.lights));
+        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&read(&buffers.counts[0]));
+        let faces = &light[..6 * counts[0] as usize];
+        let lit: Vec<f64> = faces
+            .iter()
+            .filter(|face| face.direct.y > 0.0)
+            .map(|face| f64::from(face.feedback.y))
+            .collect();
+        lit.iter().sum::<f64>() / lit.len() as f64
+    };
+    let before = newest(&session);
+    session.technique.changed(Change::Moving);
+    session.run(&there, 1);
+    let after = newest(&session);
+    eprintln!("newest light before {before}, while the board moves {after}");
+    let expected = before * (1.0 - 0.72 / 22.72);
+    assert!((after / expected - 1.0).abs() < 0.02, "{after} for {expected}");
 }

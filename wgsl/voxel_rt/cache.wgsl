@@ -72,6 +72,13 @@ fn has_rejected(light: FaceLight) -> bool {
     return (light.state & REJECTED_BIT) != 0u;
 }
 
+/// The record as if none of the newest frame's samples had been left out.
+fn without_rejection(light: FaceLight) -> FaceLight {
+    var out = light;
+    out.state &= ~REJECTED_BIT;
+    return out;
+}
+
 /// Mean depth of the surface below the face, in [0, 1] cells. (In steps of 1/255: with so many hits that
 /// the mean moves less, it stays.)
 fn hit_depth(light: FaceLight) -> f32 {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Brings what the cache knows into a new structure: after something moved, or the grid did.
 //!
-//! A voxel that was occupied before keeps its faces' records; a new one starts from nothing.
+//! A voxel that was occupied before keeps its faces' records (but for rejections, which have been counted); a
+//! new one starts from nothing.
 //!
 //! Dispatch: indirect, one invocation a slot of the new structure, in rows as
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns its voxel's records.
@@ -10,7 +11,7 @@
 #import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
 #import lucerna::voxel::grid::{is_inside, unpack_cell}
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
-#import lucerna::voxel_rt::cache::FaceLight
+#import lucerna::voxel_rt::cache::{FaceLight, without_rejection}
 
 const WORKGROUP: u32 = 64u;
 
@@ -47,7 +48,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     for (var face = 0u; face < n_faces; face++) {
         var light: FaceLight;
         if slot_before != NO_SLOT {
-            light = before[level.first_record + slot_before * n_faces + face];
+            light = without_rejection(before[level.first_record + slot_before * n_faces + face]);
         }
         after[level.first_record + slot * n_faces + face] = light;
     }
