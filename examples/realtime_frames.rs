@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut passes = FramePasses::new(&gpu, &scene, size, DirectSettings::default())?;
     let mut view = View::new(&gpu, size);
     let view_settings =
-        ViewSettings { n_accumulated: N_FRAMES / 2, seed: 0, near: 0.01, irradiance: false };
+        ViewSettings { n_accumulated: N_FRAMES / 2, ..ViewSettings::default() };
     for frame_ix in 0..N_FRAMES {
         if frame_ix == N_FRAMES / 2 {
             // From here on the picture is kept. (Where a light moves, `technique.changed` is to be told.)

@@ -24,5 +24,10 @@ generated!(
     ray_query,
     "bindings_ray_query.rs"
 );
+generated!(
+    /// The kernels of prefiltered voxels, with buffers in the place of textures.
+    pyramid_buffer,
+    "bindings_pyramid_buffer.rs"
+);
 
 pub use baseline::lucerna::host;

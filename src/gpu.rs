@@ -74,6 +74,18 @@ pub enum GpuError {
         /// `max_texture_dimension_2d` of the device.
         limit: u32,
     },
+    /// A 3-D texture with too long an edge.
+    #[error("{what} need {edge} texels along an edge, and this device's 3-D textures have at most {limit}; {advice}")]
+    VolumeTooLarge {
+        /// What the texture holds.
+        what: &'static str,
+        /// The longest edge \[texels\].
+        edge: u32,
+        /// `max_texture_dimension_3d` of the device.
+        limit: u32,
+        /// What to do.
+        advice: &'static str,
+    },
     /// Data that is too large for one binding.
     #[error("{what} needs {bytes} bytes in one binding, and this device allows {limit}; {advice}")]
     TooLarge {

@@ -35,7 +35,8 @@
 //! let (gpu, _adapter) = blocking::open(&AdapterChoice::Auto)?;
 //! let gpu_scene = GpuScene::new(&gpu, &scene, Default::default())?;
 //! let size = glam::UVec2::new(32, 32);
-//! let settings = ReferenceSettings { size, n_bounces: 4, seed: 0, irradiance: false };
+//! let settings =
+//!     ReferenceSettings { size, n_bounces: 4, seed: 0, irradiance: false, occlusion_distance: 0.0 };
 //! let (film, _) = blocking::render_reference(
 //!     &gpu, &gpu_scene, &scene.cameras[0], &settings, 4, |_progress| true,
 //! )?;
@@ -80,6 +81,7 @@ pub mod reference;
 pub mod scene;
 pub mod shader;
 pub mod voxel;
+pub mod voxel_cone;
 pub mod voxel_rt;
 
 mod modules;

@@ -1,5 +1,6 @@
 //! `lucerna render` and `lucerna reference`.
 
+mod cones;
 mod realtime;
 mod voxels;
 
@@ -14,6 +15,7 @@ use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::picture::{PngOptions, ToneMap, write_whole_file};
 use lucerna::reference::{Channel, PixelSums, ReferenceSettings, resolve};
 use lucerna::scene::Camera;
+use lucerna::voxel_cone::VoxelCone;
 use lucerna::voxel_rt::VoxelRt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -39,6 +41,9 @@ pub struct OutputArguments {
     /// Stream of random numbers.
     #[arg(long, default_value_t = 0)]
     seed: u32,
+    /// How far ambient occlusion looks [m] (`--channel openness`).
+    #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = parse_occlusion_distance)]
+    occlusion_distance: f32,
     /// Write GPU times per pass as JSON.
     #[arg(long, value_name = "FILE.json")]
     timings: Option<PathBuf>,
@@ -49,6 +54,13 @@ pub fn parse_output(text: &str) -> Result<PathBuf, String> {
     match path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref() {
         Some("png" | "exr" | "hdr") => Ok(path),
         _ => Err("the ending must be .png, .exr or .hdr".into()),
+    }
+}
+
+fn parse_occlusion_distance(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(distance) if (1e-6..=1e9).contains(&distance) => Ok(distance),
+        _ => Err("expected metres between 1e-6 and 1e9".into()),
     }
 }
 
@@ -77,6 +89,9 @@ enum ChannelArgument {
     Normal,
     /// Distance along the view axis [m] (PNG: nearest white, farthest black).
     Depth,
+    /// Ambient occlusion: how much of the hemisphere is open within --occlusion-distance (of techniques
+    /// `reference` and `voxel-cone`).
+    Openness,
 }
 
 impl From<ChannelArgument> for Channel {
@@ -90,6 +105,7 @@ impl From<ChannelArgument> for Channel {
             ChannelArgument::Albedo => Self::Albedo,
             ChannelArgument::Normal => Self::Normal,
             ChannelArgument::Depth => Self::Depth,
+            ChannelArgument::Openness => Self::Openness,
         }
     }
 }
@@ -110,13 +126,15 @@ pub struct RenderArguments {
     #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
     /// Reflections after the first; 0: direct light only. [default: 16 for the reference; as many as
-    /// there are for `voxel-rt`, where each that is counted costs a ray]
+    /// there are for `voxel-rt` and `voxel-cone`, where each that is counted costs as much as the first]
     #[arg(long, value_parser = clap::value_parser!(u32).range(0..=1000))]
     bounces: Option<u32>,
     #[command(flatten)]
     realtime: realtime::RealtimeArguments,
     #[command(flatten)]
     voxels: voxels::VoxelArguments,
+    #[command(flatten)]
+    cones: cones::ConeArguments,
     #[command(flatten)]
     output: OutputArguments,
     #[command(flatten)]
@@ -131,6 +149,8 @@ enum Technique {
     Direct,
     /// Ray-traced voxel global illumination.
     VoxelRt,
+    /// Voxel cone tracing.
+    VoxelCone,
 }
 
 /// `lucerna reference`.
@@ -164,11 +184,22 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
             realtime::render(arguments, make, |_, _| Ok(()))
         }
         Technique::VoxelRt => {
-            let settings = arguments.voxels.settings(arguments.bounces, arguments.output.seed);
+            let settings = arguments.voxels.settings(arguments.bounces, arguments.output.seed)?;
             let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera| {
                 Ok(VoxelRt::new(gpu, scene, settings, camera.position)?)
             };
             realtime::render(arguments, make, voxels::warn)
+        }
+        Technique::VoxelCone => {
+            let (bounces, seed) = (arguments.bounces, arguments.output.seed);
+            if bounces == Some(0) {
+                return Err("--bounces is at least 1 with --technique voxel-cone; direct light alone is --technique direct".into());
+            }
+            let settings = arguments.cones.settings(&arguments.voxels, bounces, seed);
+            let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera| {
+                Ok(VoxelCone::new(gpu, scene, settings, camera.position)?)
+            };
+            realtime::render(arguments, make, cones::warn)
         }
     }
 }
@@ -190,6 +221,11 @@ fn trace(
         n_bounces,
         seed: output.seed,
         irradiance: output.channel == ChannelArgument::Irradiance,
+        occlusion_distance: if output.channel == ChannelArgument::Openness {
+            output.occlusion_distance
+        } else {
+            0.0
+        },
     };
 
     let interrupted = interrupt_flag()?;

@@ -70,7 +70,8 @@ pub trait Technique {
     /// Records indirect light of every pixel and returns where it will stand: a texture of the
     /// picture's size, `rgba16float` or `rgba32float`, rgb: radiance that the surface reflects
     /// towards the camera \[W·sr⁻¹·m⁻²\] of light that was reflected at least once before; 0 where
-    /// there is no surface. None: there is none.
+    /// there is no surface; a: ambient occlusion ([`crate::reference::Channel::Openness`]), 1 if it is not
+    /// known. None: there is none.
     ///
     /// The surface as `frame::gbuffer::decode_gbuffer` returns it is what reflects: a white
     /// Lambertian where irradiance is asked for.

@@ -19,12 +19,14 @@ pub struct ViewSettings {
     pub near: f32,
     /// The first surface is a white Lambertian: π·(direct + indirect) is its irradiance.
     pub irradiance: bool,
+    /// How far ambient occlusion looks \[m\], at least 0.
+    pub occlusion_distance: f32,
 }
 
 impl Default for ViewSettings {
-    /// One frame, seed 0, 1 cm.
+    /// One frame, seed 0, 1 cm; ambient occlusion as far as 1 m.
     fn default() -> Self {
-        Self { n_accumulated: 1, seed: 0, near: 0.01, irradiance: false }
+        Self { n_accumulated: 1, seed: 0, near: 0.01, irradiance: false, occlusion_distance: 1.0 }
     }
 }
 
@@ -80,7 +82,7 @@ impl View {
             lambert: u32::from(scene.is_diffuse_only()),
             irradiance: u32::from(settings.irradiance),
             inverse_range: 1.0 / range,
-            reserved: 0,
+            occlusion_distance: settings.occlusion_distance,
         };
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.data));
         self.n_frames += 1;

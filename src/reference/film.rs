@@ -78,6 +78,11 @@ pub enum Channel {
     Normal,
     /// Distance along the view axis \[m\], in all three components; 0 where there is no surface.
     Depth,
+    /// Ambient occlusion as openness, in all three components: the cosine-weighted share of the first surface's
+    /// hemisphere in which nothing stands within the distance asked about
+    /// ([`super::ReferenceSettings::occlusion_distance`], [`crate::frame::ViewSettings::occlusion_distance`]); 1
+    /// where there is no surface, or where the technique does not say.
+    Openness,
 }
 
 /// Sums as a picture: means over samples; normal and depth over the samples that met a surface.
@@ -98,6 +103,7 @@ pub fn resolve(sums: &[PixelSums], size: UVec2, channel: Channel) -> Picture {
                 Channel::Albedo => pixel.albedo * per_ray,
                 Channel::Normal => (pixel.normal * per_surface).normalize_or_zero(),
                 Channel::Depth => Vec3::splat(pixel.depth * per_surface),
+                Channel::Openness => Vec3::splat(pixel.openness * per_ray),
             }
         })
         .collect();

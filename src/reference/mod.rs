@@ -22,7 +22,7 @@ pub(crate) use camera::for_size as camera_for_size;
 pub use film::{Channel, Film, Stripe, resolve};
 
 /// What to render.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceSettings {
     /// Width and height \[pixels\].
     pub size: UVec2,
@@ -32,6 +32,8 @@ pub struct ReferenceSettings {
     pub seed: u32,
     /// The first surface is a white Lambertian, so that [`Channel::Irradiance`] can be resolved.
     pub irradiance: bool,
+    /// How far [`Channel::Openness`] looks \[m\]; 0: it is not asked for.
+    pub occlusion_distance: f32,
 }
 
 /// One dispatch: some samples of some rows of a stripe.
@@ -109,7 +111,7 @@ impl PathTracer {
                 n_bounces: settings.n_bounces,
                 seed: settings.seed,
                 irradiance: u32::from(settings.irradiance),
-                reserved: 0,
+                occlusion_distance: settings.occlusion_distance,
             }),
         );
         let stripe_info = uniform(

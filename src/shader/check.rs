@@ -47,6 +47,15 @@ const UNTEXTURED_KERNELS: &[&str] = &[
     "voxel_rt/inject",
 ];
 
+/// Kernels that read or make prefiltered voxels.
+const PYRAMID_KERNELS: &[&str] = &[
+    "voxel_cone/bounce",
+    "voxel_cone/fill",
+    "voxel_cone/prefilter",
+    "voxel_cone/shade",
+    "voxel_cone/trace",
+];
+
 /// Every variant there is; the baseline stands first.
 pub const VARIANTS: &[Variant] = &[
     Variant { name: "", capabilities: BASELINE, kernels: None },
@@ -56,6 +65,7 @@ pub const VARIANTS: &[Variant] = &[
         capabilities: BASELINE.union(Capabilities::RAY_QUERY),
         kernels: Some(SCENE_KERNELS),
     },
+    Variant { name: "pyramid_buffer", capabilities: BASELINE, kernels: Some(PYRAMID_KERNELS) },
 ];
 
 /// The row of that name.

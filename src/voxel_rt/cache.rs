@@ -1,7 +1,7 @@
 //! The cache's buffers, and what every kernel does that runs once a level.
 
 use super::{FaceLight, VoxelRtError};
-use crate::bindings::baseline::lucerna::fields::voxel_light as field;
+use crate::bindings::baseline::kernels::voxel_rt::shade as field;
 use crate::bindings::baseline::lucerna::voxel::levels::VoxelLevels;
 use crate::gpu::Gpu;
 use crate::pass::{buffer, storage_buffer};
@@ -87,7 +87,7 @@ impl CacheBuffers {
 
 /// A kernel that runs once a level, each time with settings of its own.
 #[derive(Debug)]
-pub(super) struct LevelPass {
+pub(crate) struct LevelPass {
     pipeline: wgpu::ComputePipeline,
     infos: Vec<wgpu::Buffer>,
     groups: Vec<wgpu::BindGroup>,

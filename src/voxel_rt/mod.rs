@@ -39,6 +39,7 @@ use std::mem::offset_of;
 pub use crate::bindings::baseline::kernels::voxel_rt::inject::{RUN_SIDE, VoxelSample};
 pub use crate::bindings::baseline::lucerna::voxel_rt::cache::FaceLight;
 pub use cache::CacheBuffers;
+pub(crate) use cache::LevelPass;
 pub use carry::{CarryInfo, CarryPass};
 pub use deposit::{DepositInfo, DepositPass};
 pub use gather::{GatherInfo, GatherPass};
@@ -117,6 +118,9 @@ pub struct VoxelRt {
     frames_since_change: u32,
     frames_since_motion: u32,
     n_frames: u32,
+    /// Something else renews reflected light ([`VoxelRt::for_others`]).
+    reflects_elsewhere: bool,
+    has_new_structure: bool,
 }
 
 /// One grid.
@@ -140,10 +144,21 @@ impl VoxelRt {
         settings: VoxelRtSettings,
         eye: Vec3,
     ) -> Result<Self, VoxelRtError> {
+        Self::with_resolution(gpu, scene, settings, Resolution::Longest(settings.resolution), eye)
+    }
+
+    /// As [`Self::new`]; `resolution` is that of the coarsest grid, in the place of the settings'.
+    fn with_resolution(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        settings: VoxelRtSettings,
+        resolution: Resolution,
+        eye: Vec3,
+    ) -> Result<Self, VoxelRtError> {
         settings.check()?;
         let n_faces = if settings.anisotropic { 6 } else { 1 };
         let limit = gpu.device.limits().max_storage_buffer_binding_size;
-        let grids = grids(scene, &settings, n_faces, limit, eye)?;
+        let grids = grids(scene, &settings, resolution, n_faces, limit, eye)?;
         let mut layout = VoxelLevels {
             levels: [NO_LEVEL; MAX_LEVELS as usize],
             n_levels: grids.len() as u32,
@@ -178,7 +193,38 @@ impl VoxelRt {
             frames_since_change: 0,
             frames_since_motion: 0,
             n_frames: 0,
+            reflects_elsewhere: false,
+            has_new_structure: false,
         })
+    }
+
+    /// Voxels with their direct light, for a technique that renews reflected light itself:
+    /// [`renew`](Self::renew) leaves `indirect` and `feedback` of [`FaceLight`] as they are, and makes
+    /// [`CacheBuffers::reflected`] of direct light and feedback (of direct light alone if bounces are counted).
+    pub(crate) fn for_others(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        settings: VoxelRtSettings,
+        resolution: Resolution,
+        eye: Vec3,
+    ) -> Result<Self, VoxelRtError> {
+        let made = Self::with_resolution(gpu, scene, settings, resolution, eye)?;
+        Ok(Self { reflects_elsewhere: true, ..made })
+    }
+
+    /// The voxelizers, from the finest level to the coarsest.
+    pub(crate) fn voxelizers(&self) -> impl Iterator<Item = &Voxelizer> {
+        self.levels.iter().map(|level| &level.voxelizer)
+    }
+
+    /// Whether the last [`renew`](Self::renew) made a new structure: voxels have other places in memory.
+    pub(crate) fn has_new_structure(&self) -> bool {
+        self.has_new_structure
+    }
+
+    /// Updates so far.
+    pub(crate) fn n_frames(&self) -> u32 {
+        self.n_frames
     }
 
     /// What was chosen.
@@ -235,7 +281,9 @@ impl VoxelRt {
         let light_rays = light_frames.saturating_mul(n_points);
         let moving_rays = learning(self.frames_since_motion).saturating_mul(n_points);
         let max_rays = self.settings.max_rays.min(moving_rays.max(RAYS_WHILE_MOVING));
-        if self.pending.is_some() || shifts.iter().any(|&shift| shift != IVec3::ZERO) {
+        self.has_new_structure =
+            self.pending.is_some() || shifts.iter().any(|&shift| shift != IVec3::ZERO);
+        if self.has_new_structure {
             self.voxelize(frame, &shifts)?;
             // What bounces look up stands by the places of before.
             self.publish_light(frame, light_rays as f32);
@@ -257,6 +305,7 @@ impl VoxelRt {
                     seed: self.settings.seed,
                     n_points,
                     n_bounces: match self.settings.bounces {
+                        _ if self.reflects_elsewhere => 0,
                         Bounces::UpTo(n) => n,
                         Bounces::Unlimited => 1,
                     },
@@ -389,6 +438,7 @@ const NO_LEVEL: VoxelLevel = VoxelLevel {
 fn grids(
     scene: &GpuScene,
     settings: &VoxelRtSettings,
+    resolution: Resolution,
     n_faces: u32,
     limit: u64,
     eye: Vec3,
@@ -397,7 +447,6 @@ fn grids(
     // What the light of all levels together may take.
     let room = limit.min(MAX_BINDING) / (size_of::<FaceLight>() as u64 * u64::from(n_faces));
     let room = (room / u64::from(settings.n_levels)).max(1) as u32;
-    let resolution = Resolution::Longest(settings.resolution);
     let whole = grid_for_bounds(min, max, resolution, n_faces, None)?;
     let whole = VoxelGrid { capacity: whole.capacity.min(room), ..whole };
     let size = UVec3::splat(settings.resolution);

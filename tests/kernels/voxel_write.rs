@@ -756,7 +756,7 @@ fn view_from(scene: &GpuScene, height: f32) -> View {
         up: Vec3::Z,
         projection: Projection::Orthographic { half_height: 4.0 },
     };
-    let settings = ViewSettings { n_accumulated: 1, seed: 0, near: 0.01, irradiance: false };
+    let settings = ViewSettings::default();
     let mut view = View::new(gpu(), UVec2::splat(512));
     view.advance(gpu(), scene, &camera, &settings);
     view

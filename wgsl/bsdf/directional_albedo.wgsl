@@ -37,12 +37,16 @@ fn specular_albedo_terms(roughness: f32, cosine: f32) -> vec2<f32> {
     return zero + r * (one + r * (two + r * (three + r * four)));
 }
 
-/// ρ for a viewer at this cosine to the normal; each component in [0, 1].
-fn directional_albedo(m: MetallicRoughness, cosine: f32) -> vec3<f32> {
+/// What the diffuse term reflects of even light, for a viewer at this cosine to the normal; each component in [0, 1].
+fn diffuse_albedo(m: MetallicRoughness, cosine: f32) -> vec3<f32> {
     let f_zero = normal_reflectance(m);
     let cos_o = clamp(cosine, 0.0, 1.0);
-    let transmitted = (1.0 - schlick_fresnel(f_zero, cos_o)) * (1.0 - f_zero) * MEAN_TRANSMITTANCE;
-    let terms = specular_albedo_terms(sqrt(m.alpha), cos_o);
-    let specular = f_zero * terms.x + terms.y;
-    return clamp(transmitted * diffuse_color(m) + specular, vec3<f32>(0.0), vec3<f32>(1.0));
+    return (1.0 - schlick_fresnel(f_zero, cos_o)) * (1.0 - f_zero) * MEAN_TRANSMITTANCE * diffuse_color(m);
+}
+
+/// ρ for a viewer at this cosine to the normal; each component in [0, 1].
+fn directional_albedo(m: MetallicRoughness, cosine: f32) -> vec3<f32> {
+    let terms = specular_albedo_terms(sqrt(m.alpha), clamp(cosine, 0.0, 1.0));
+    let specular = normal_reflectance(m) * terms.x + terms.y;
+    return clamp(diffuse_albedo(m, cosine) + specular, vec3<f32>(0.0), vec3<f32>(1.0));
 }

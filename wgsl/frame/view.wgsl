@@ -35,7 +35,8 @@ struct FrameView {
     irradiance: u32,
     /// Orthographic: 1/(range of z that is not clipped) [m⁻¹].
     inverse_range: f32,
-    reserved: u32,
+    /// How far ambient occlusion looks [m].
+    occlusion_distance: f32,
 }
 
 /// No point of the frame before moves this far: what was behind its camera.

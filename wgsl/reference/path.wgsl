@@ -20,6 +20,7 @@
 #import lucerna::math::float::all_finite
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::math::vector::max_component
+#import lucerna::sampling::hemisphere::sample_cosine_hemisphere
 #import lucerna::sampling::mis::power_heuristic
 #import lucerna::sampling::pcg::random_vec4
 
@@ -36,7 +37,8 @@ struct PathSettings {
     seed: u32,
     /// 1: the first surface is a white Lambertian, so that π·(direct + indirect) is its irradiance.
     irradiance: u32,
-    reserved: u32,
+    /// How far ambient occlusion looks from the first surface [m]; 0: it is not asked for.
+    occlusion_distance: f32,
 }
 
 /// Sums over a pixel's samples.
@@ -57,9 +59,13 @@ struct PixelSums {
     n_surfaces: u32,
     /// World-space shading normal of the first surface, towards the camera.
     normal: vec3<f32>,
-    reserved: u32,
+    /// Of the first surface: cosine-weighted share of the hemisphere in which nothing stands within the
+    /// occlusion distance; 1 where there is no surface.
+    openness: f32,
 }
 
+/// Dimension of the random numbers for ambient occlusion: no path is so long.
+const OCCLUSION_DIMENSION: u32 = 0xffffffffu;
 /// Reflections before Russian roulette may end a path.
 const ROULETTE_AFTER: u32 = 4u;
 /// The most likely survival: even a path between white walls ends.
@@ -131,6 +137,22 @@ fn trace_pixel(camera: Camera, settings: PathSettings, pixel: vec2<u32>, before:
     return sums;
 }
 
+/// 1 if nothing stands within `distance` [m] along a direction of the hemisphere around the surface's normal (local,
+/// +Z); else 0.
+fn open_along(surface: Surface, local: vec3<f32>, distance: f32) -> f32 {
+    let direction = frame_from_normal(surface.shading_normal) * local;
+    if dot(direction, surface.geometric_normal) <= 0.0 {
+        return 0.0;
+    }
+    let origin = offset_ray_origin(
+        surface.position,
+        surface.position_error,
+        surface.geometric_normal,
+        direction,
+    );
+    return select(1.0, 0.0, any_hit(Ray(origin, 0.0, direction, distance)));
+}
+
 /// Traces the path's next ray, adds what light it finds, and reflects it. False: the path has ended.
 fn advance(
     path: ptr<function, Path>,
@@ -144,6 +166,7 @@ fn advance(
     let direction = (*path).direction;
     let hit = nearest_hit(Ray((*path).origin, 0.0, direction, FLOAT_MAX));
     if hit_is_miss(hit) {
+        (*sums).openness += select(0.0, 1.0, depth == 0u);
         let weight = select(power_heuristic((*path).pdf, pdf_of_sky(direction)), 1.0, depth == 0u);
         add_light(path, depth, (*path).throughput * sky_radiance(direction) * weight);
         return false;
@@ -161,6 +184,10 @@ fn advance(
         (*sums).normal += normal;
         (*sums).depth += dot(surface.position - camera.position, camera.forward);
         (*sums).n_surfaces += 1u;
+        if settings.occlusion_distance > 0.0 {
+            let u = random_vec4(stream_of(settings, pixel), sample_ix, OCCLUSION_DIMENSION);
+            (*sums).openness += open_along(surface, sample_cosine_hemisphere(u.xy), settings.occlusion_distance);
+        }
     }
     if depth > settings.n_bounces {
         return false;

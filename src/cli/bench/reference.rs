@@ -26,6 +26,7 @@ pub fn measure(
             n_bounces: 6,
             seed: 0,
             irradiance: false,
+            occlusion_distance: 0.0,
         };
         // The first round also compiles; the fastest counts.
         let mut best = f64::INFINITY;

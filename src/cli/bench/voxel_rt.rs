@@ -170,7 +170,7 @@ impl Bench<'_> {
         if is_moved {
             rig.technique.changed(Change::Geometry);
         }
-        let settings = ViewSettings { n_accumulated: 1, seed: 0, near: 0.01, irradiance: false };
+        let settings = ViewSettings::default();
         rig.view.advance(self.gpu, self.scene, self.camera, &settings);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         timers.begin_frame();

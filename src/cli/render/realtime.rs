@@ -54,6 +54,7 @@ pub fn render<T: Technique>(
             seed: output.seed,
             near: arguments.realtime.near,
             irradiance: output.channel == ChannelArgument::Irradiance,
+            occlusion_distance: output.occlusion_distance,
         },
         direct: DirectSettings {
             n_samples: arguments.realtime.light_samples,

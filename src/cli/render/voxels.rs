@@ -1,21 +1,23 @@
-//! Flags of `voxel-rt`.
+//! Flags of `voxel-rt`; those of the voxels are `voxel-cone`'s too.
 
 use crate::cli::CommandResult;
 use clap::Args;
 use lucerna::blocking::read_buffer;
 use lucerna::gpu::Gpu;
+use lucerna::voxel::{MAX_SIZE, Resolution};
 use lucerna::voxel_rt::{
-    Bounces, DirectLight, Lookup, RaysInjected, RejectedSamples, VoxelRt, VoxelRtSettings,
+    Bounces, CacheBuffers, DirectLight, Lookup, RaysInjected, RejectedSamples, VoxelRt, VoxelRtSettings,
     WriteStrategy,
 };
 
-/// What only `voxel-rt` looks at.
+/// What only the voxel techniques look at.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "voxel-rt")]
+#[command(next_help_heading = "voxel-rt and voxel-cone")]
 pub struct VoxelArguments {
-    /// Cells along the longest side of the scene, and along each side of the levels within.
-    #[arg(long, value_name = "CELLS", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=256))]
-    voxels: u32,
+    /// Cells along the longest side of the scene, and along each side of the levels within; or three numbers
+    /// (`128x64x64`, of `voxel-cone`) for the scene's grid.
+    #[arg(long, value_name = "CELLS", default_value = "128", value_parser = parse_resolution)]
+    voxels: Resolution,
     /// One value a voxel instead of one for each of its six faces.
     #[arg(long)]
     isotropic: bool,
@@ -72,9 +74,51 @@ enum LookupArgument {
     SevenTap,
 }
 
+fn parse_resolution(text: &str) -> Result<Resolution, String> {
+    let numbers: Option<Vec<u32>> = text
+        .split('x')
+        .map(|number| number.parse().ok().filter(|n| (1..=MAX_SIZE).contains(n)))
+        .collect();
+    match numbers.as_deref() {
+        Some(&[n]) => Ok(Resolution::Longest(n)),
+        Some(&[x, y, z]) => Ok(Resolution::Size(glam::UVec3::new(x, y, z))),
+        _ => Err("expected a number from 1 to 256, or three of them as in 128x64x64".into()),
+    }
+}
+
 impl VoxelArguments {
+    /// Cells of the scene's grid.
+    pub fn resolution(&self) -> Resolution {
+        self.voxels
+    }
+
+    /// Whether each face has its value.
+    pub fn is_anisotropic(&self) -> bool {
+        !self.isotropic
+    }
+
+    /// Nested grids.
+    pub fn n_levels(&self) -> u32 {
+        self.levels
+    }
+
+    /// Points drawn on a face.
+    pub fn n_points(&self) -> u32 {
+        self.points
+    }
+
     /// `bounces`: None: without end.
-    pub fn settings(&self, bounces: Option<u32>, seed: u32) -> VoxelRtSettings {
+    ///
+    /// # Errors
+    /// The grid has three numbers.
+    pub fn settings(
+        &self,
+        bounces: Option<u32>,
+        seed: u32,
+    ) -> Result<VoxelRtSettings, &'static str> {
+        let Resolution::Longest(resolution) = self.voxels else {
+            return Err("--voxels takes one number with --technique voxel-rt");
+        };
         let rays = RaysInjected {
             n_rays: self.inject_rays,
             strategy: match self.write {
@@ -84,8 +128,8 @@ impl VoxelArguments {
                 WriteArgument::Exact => WriteStrategy::Exact,
             },
         };
-        VoxelRtSettings {
-            resolution: self.voxels,
+        Ok(VoxelRtSettings {
+            resolution,
             anisotropic: !self.isotropic,
             n_levels: self.levels,
             points_per_face: self.points,
@@ -102,15 +146,14 @@ impl VoxelArguments {
             },
             seed,
             ..VoxelRtSettings::default()
-        }
+        })
     }
 }
 
-/// Says what had to be left out: voxels without room, light that is no number.
-pub fn warn(gpu: &Gpu, technique: &VoxelRt) -> CommandResult {
+/// Says what had to be left out of the voxels: those without room, light that is no number.
+pub fn warn_of_buffers(gpu: &Gpu, buffers: &CacheBuffers) -> CommandResult {
     let word =
         |bytes: &[u8], ix: usize| u32::from_ne_bytes(std::array::from_fn(|k| bytes[4 * ix + k]));
-    let buffers = technique.buffers();
     for (level, counts) in buffers.counts.iter().enumerate() {
         let bytes = read_buffer(gpu, counts)?;
         let (found, without_room) = (word(&bytes, 0), word(&bytes, 1));
@@ -124,6 +167,12 @@ pub fn warn(gpu: &Gpu, technique: &VoxelRt) -> CommandResult {
     if n_rejected > 0 {
         errln!("warning: light of voxels was not finite and counts as dark ({n_rejected} times)");
     }
+    Ok(())
+}
+
+/// Says what had to be left out.
+pub fn warn(gpu: &Gpu, technique: &VoxelRt) -> CommandResult {
+    warn_of_buffers(gpu, technique.buffers())?;
     for volume in technique.deposit().into_iter().flat_map(|deposit| deposit.volumes()) {
         let rejected = RejectedSamples::from_bytes(&read_buffer(gpu, volume.accumulators())?);
         if rejected.not_finite + rejected.clamped > 0 {

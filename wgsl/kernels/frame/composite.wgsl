@@ -33,6 +33,7 @@ struct CompositeInfo {
 @group(1) @binding(5) var depth: texture_depth_2d;
 /// rgb: radiance [W·sr⁻¹·m⁻²], as all below.
 @group(1) @binding(6) var direct: texture_2d<f32>;
+/// a: ambient occlusion, as openness.
 @group(1) @binding(7) var indirect: texture_2d<f32>;
 @group(1) @binding(8) var<storage, read_write> sums: array<PixelSums>;
 /// Mean over the frames so far.
@@ -52,7 +53,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     );
     let surface = decode_gbuffer(view, pixel, texels);
     let direct_light = textureLoad(direct, pixel, 0).rgb;
-    let indirect_light = textureLoad(indirect, pixel, 0).rgb * f32(info.has_indirect);
+    let indirect_texel = textureLoad(indirect, pixel, 0);
+    let indirect_light = indirect_texel.rgb * f32(info.has_indirect);
 
     let ix = id.y * view.size.x + id.x;
     var total: PixelSums;
@@ -66,7 +68,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         total.normal += surface.shading_normal;
         total.depth += surface.depth;
         total.n_surfaces += 1u;
+        total.openness += select(1.0, indirect_texel.a, info.has_indirect != 0u);
     } else {
+        total.openness += 1.0;
         emitted = sky_radiance(-surface.to_viewer);
     }
     if all_finite(emitted) && all_finite(direct_light) && all_finite(indirect_light) {

@@ -51,8 +51,8 @@ struct GatherInfo {
     seed: u32,
     /// Points drawn on each face.
     n_points: u32,
-    /// Reflections that a path follows, at least 1. With `face_light` holding direct light alone, these
-    /// are all that is counted; else 1 is enough.
+    /// Reflections that a path follows. With `face_light` holding direct light alone, these
+    /// are all that is counted; else 1 is enough. 0: something else renews reflected light, which stays as it is.
     n_bounces: u32,
     /// See `cache::renew`.
     light_rays: f32,
@@ -101,6 +101,10 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if info.finds_direct == 0u {
         renewed = keep_deposits(renewed, known);
     }
+    if info.n_bounces == 0u {
+        renewed.indirect = known.indirect;
+        renewed.feedback = known.feedback;
+    }
     lights[level.first_record + record] = renewed;
 }
 
@@ -141,7 +145,8 @@ fn add_sample(
     var path = Path(surface, vec3<f32>(0.0), vec3<f32>(1.0));
     var direct = vec3<f32>(0.0);
     var indirect = vec3<f32>(0.0);
-    for (var bounce = 0u; bounce < info.n_bounces; bounce++) {
+    // (Without reflections, one ray finds emitters and the sky, and what is shut in.)
+    for (var bounce = 0u; bounce < max(info.n_bounces, 1u); bounce++) {
         let seed = select(pcg(hash.y + bounce), hash.y, bounce == 0u);
         let local = sample_cosine_hemisphere(sobol_owen(sample_ix, seed));
         path.direction = frame_from_normal(path.at.shading_normal) * local;
@@ -170,6 +175,9 @@ fn add_sample(
                 let light_pdf = pdf_of_emitter(far.triangle, path.direction, far.t);
                 direct = PI * power_heuristic(pdf, light_pdf) * met.emission;
             }
+        }
+        if info.n_bounces == 0u {
+            break;
         }
         path.throughput *= albedo_towards(met, -path.direction);
         indirect += path.throughput * irradiance_at(met.position, met.shading_normal, LOOKUP_VALID);

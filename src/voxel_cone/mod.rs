@@ -1,0 +1,222 @@
+//! `voxel-cone`: voxel cone tracing.
+//!
+//! Light that leaves the voxels' faces is kept in a pyramid of ever coarser voxels; cones that grow as they
+//! go gather it, for voxels (further bounces) and for pixels. The method is described in
+//! `docs/techniques/voxel-cone.md`.
+//!
+//! ```text
+//! VoxelRt (structure, direct light of faces) ──▶ FillPass ──▶ PrefilterPass ──▶ BouncePass ─┐
+//! VoxelAttributes (albedo, opacity) ─────────────▲                 │    feedback of faces ◀─┘
+//!  when something moved                                            ▼
+//!                                              ShadePass: G-buffer → indirect radiance, ambient occlusion
+//! ```
+//!
+//! Voxels, levels around the eye and direct light are those of [`voxel_rt`](crate::voxel_rt); faces that stay
+//! keep their light when things move, as there.
+
+mod bounce;
+mod fill;
+mod pyramid;
+mod settings;
+mod shade;
+mod trace;
+
+use crate::frame::{Frame, GBuffer, Technique};
+use crate::gpu::{Gpu, GpuError};
+use crate::gpu_scene::GpuScene;
+use crate::voxel::{Resolution, VoxelAttributes, VoxelError, VoxelGrid};
+use crate::voxel_rt::{
+    Bounces, CacheBuffers, Change, PublishInfo, PublishPass, VoxelRt, VoxelRtError, VoxelRtSettings,
+};
+use bounce::BouncePass;
+use fill::FillPass;
+use glam::Vec3;
+use shade::ShadePass;
+
+pub use fill::PrefilterPass;
+pub use pyramid::{Pyramid, PyramidLayout, PyramidLevel, PyramidMip};
+pub use settings::{
+    ConeStepping, FaceWeights, PyramidStorage, Specular, VoxelConeSettings,
+};
+pub use trace::{Cone, ConeResult, TracePass};
+
+/// `voxel-cone` could not be set up, or a frame not be recorded.
+#[derive(Debug, thiserror::Error)]
+pub enum VoxelConeError {
+    /// A setting is out of range.
+    #[error("{name} is {value}; possible is {possible}")]
+    Setting {
+        /// Which.
+        name: &'static str,
+        /// What was given.
+        value: String,
+        /// What may be given.
+        possible: &'static str,
+    },
+    /// The voxels and their direct light.
+    #[error(transparent)]
+    Voxels(#[from] VoxelRtError),
+    /// What the voxels look like.
+    #[error(transparent)]
+    Attributes(#[from] VoxelError),
+    /// A limit of the device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
+/// The technique: prefiltered voxels of a scene, and cones through them.
+#[derive(Debug)]
+pub struct VoxelCone {
+    settings: VoxelConeSettings,
+    light: VoxelRt,
+    attributes: Vec<VoxelAttributes>,
+    pyramid: Pyramid,
+    fill: FillPass,
+    prefilter: PrefilterPass,
+    bounce: BouncePass,
+    /// Of counted bounces: direct light and what was reflected so far.
+    publish: PublishPass,
+    shade: ShadePass,
+}
+
+impl VoxelCone {
+    /// Makes the buffers and compiles the kernels, for scenes of the same variant and bounds.
+    ///
+    /// `eye` \[m\]: where the camera stands; with one level it does not matter.
+    ///
+    /// # Errors
+    /// [`VoxelConeError`]: a setting is out of range, or a buffer or texture is larger than the device takes.
+    pub fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        settings: VoxelConeSettings,
+        eye: Vec3,
+    ) -> Result<Self, VoxelConeError> {
+        settings.check()?;
+        let longest = match settings.resolution {
+            Resolution::Longest(n) => n,
+            Resolution::Size(size) => size.max_element(),
+        };
+        let of_voxels = VoxelRtSettings {
+            resolution: longest,
+            anisotropic: settings.anisotropic,
+            n_levels: settings.n_levels,
+            points_per_face: settings.points_per_face,
+            bounces: settings.bounces,
+            seed: settings.seed,
+            ..VoxelRtSettings::default()
+        };
+        let light = VoxelRt::for_others(gpu, scene, of_voxels, settings.resolution, eye)?;
+        let attributes = light
+            .voxelizers()
+            .map(|voxelizer| VoxelAttributes::new(gpu, scene, voxelizer))
+            .collect::<Result<Vec<_>, _>>()?;
+        let grids: Vec<VoxelGrid> = light.voxelizers().map(|of| *of.grid()).collect();
+        let squared = settings.face_weights == FaceWeights::Squared;
+        let pyramid = Pyramid::new(gpu, &grids, settings.storage, squared)?;
+        let buffers = light.buffers();
+        Ok(Self {
+            fill: FillPass::new(gpu, &pyramid, buffers, &attributes, settings.fills_gaps, false),
+            prefilter: PrefilterPass::new(gpu, &pyramid),
+            bounce: BouncePass::new(gpu, &pyramid, buffers, &attributes),
+            publish: PublishPass::new(gpu, buffers),
+            shade: ShadePass::new(gpu, &pyramid, &settings, false),
+            settings,
+            attributes,
+            pyramid,
+            light,
+        })
+    }
+
+    /// What was chosen.
+    pub fn settings(&self) -> &VoxelConeSettings {
+        &self.settings
+    }
+
+    /// Where a level's cells stand.
+    pub fn grid(&self, level: usize) -> &VoxelGrid {
+        self.light.grid(level)
+    }
+
+    /// What is kept of the voxels between frames.
+    pub fn buffers(&self) -> &CacheBuffers {
+        self.light.buffers()
+    }
+
+    /// The prefiltered voxels.
+    pub fn pyramid(&self) -> &Pyramid {
+        &self.pyramid
+    }
+
+    /// Says what has changed since the last frame; see [`VoxelRt::changed`].
+    pub fn changed(&mut self, change: Change) {
+        self.light.changed(change);
+    }
+
+    /// Records one frame of light: voxels, their light, the pyramid, bounces. At most one a submission:
+    /// uniforms are written when it is submitted.
+    ///
+    /// # Errors
+    /// The scene has another number of triangles than the one that this was made for.
+    ///
+    /// # Panics
+    /// If the scene's variant is another.
+    pub fn renew(&mut self, frame: &mut Frame) -> Result<(), VoxelConeError> {
+        self.light.renew(frame)?;
+        if self.light.has_new_structure() {
+            for (ix, (attributes, voxelizer)) in
+                self.attributes.iter().zip(self.light.voxelizers()).enumerate()
+            {
+                let written = frame.timers.as_mut().and_then(|t| t.compute("voxel/attributes"));
+                attributes.record(frame.encoder, frame.scene, voxelizer, written)?;
+                self.pyramid.move_level(frame.gpu, ix, voxelizer.grid().origin);
+            }
+        }
+        self.build(frame);
+        match self.settings.bounces {
+            Bounces::Unlimited => {
+                let period = self.settings.bounce_period;
+                self.bounce.record(frame, &self.light, &self.settings, period);
+            }
+            Bounces::UpTo(n) => {
+                for _ in 1..n {
+                    self.bounce.record(frame, &self.light, &self.settings, 1);
+                    self.publish(frame);
+                    self.build(frame);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings the light of faces into the pyramid.
+    fn build(&self, frame: &mut Frame) {
+        self.fill.record(frame);
+        self.prefilter.record(frame);
+    }
+
+    /// Adds what was reflected so far to what the pyramid is made of.
+    fn publish(&self, frame: &mut Frame) {
+        let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("voxel_rt/publish"),
+            timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_rt/publish")),
+        });
+        for (level, voxelizer) in (0..).zip(self.light.voxelizers()) {
+            let info = PublishInfo { level, feedback: 1, light_rays: 1.0, reserved: 0 };
+            let arguments = (voxelizer.counts(), crate::voxel::RECORD_GROUPS_OFFSET);
+            self.publish.record(frame.gpu, &mut pass, &info, arguments);
+        }
+    }
+}
+
+impl Technique for VoxelCone {
+    type Error = VoxelConeError;
+
+    fn update(&mut self, frame: &mut Frame) -> Result<(), VoxelConeError> {
+        self.renew(frame)
+    }
+
+    fn shade(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> Option<wgpu::TextureView> {
+        Some(self.shade.record(frame, gbuffer, None))
+    }
+}

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Field: what a set of cones around a normal gathers.
+//!
+//! Interface: `gather_cones`. No bindings of its own: it reads `fields::voxel_pyramid`.
+#define_import_path lucerna::fields::cone_gather
+
+#import lucerna::cone::march::{Cone, ConeSettings}
+#import lucerna::cone::cone_set::{cone_of_set, set_spread}
+#import lucerna::fields::cone_trace::{finest_cell, trace_cone}
+#import lucerna::math::constants::PI
+#import lucerna::math::frame::frame_from_normal
+
+/// Light from the hemisphere.
+struct Gathered {
+    /// [W·m⁻²]
+    irradiance: vec3<f32>,
+    /// Cosine-weighted share of the hemisphere in which nothing stands, in [0, 1].
+    openness: f32,
+    /// The same, as far as the distance asked about.
+    near_openness: f32,
+    n_steps: u32,
+}
+
+/// Gathers with `n_cones` (`cone::cone_set`) around `normal` (unit length), from a point on a surface [m].
+///
+/// `plane`: the surface's own unit normal, along which cones leave it. `turn`: of the set, in [0, 1).
+/// `max_distance`, `near`: as of `trace_cone` [m].
+fn gather_cones(
+    position: vec3<f32>,
+    plane: vec3<f32>,
+    normal: vec3<f32>,
+    n_cones: u32,
+    turn: f32,
+    settings: ConeSettings,
+    max_distance: f32,
+    near: f32,
+) -> Gathered {
+    let basis = frame_from_normal(normal);
+    let offset = settings.start_cells * finest_cell(position);
+    let spread = set_spread(n_cones);
+    var out: Gathered;
+    for (var ix = 0u; ix < n_cones; ix++) {
+        let member = cone_of_set(n_cones, ix, turn);
+        let direction = basis * member.direction;
+        if dot(direction, plane) <= 0.0 {
+            // Below the surface, where a bent normal leads: dark.
+            continue;
+        }
+        let cone = Cone(position, spread, direction, max_distance, plane, offset);
+        let found = trace_cone(cone, settings, near);
+        out.irradiance += PI * member.weight * found.radiance;
+        out.openness += member.weight * found.transmittance;
+        out.near_openness += member.weight * found.near_transmittance;
+        out.n_steps += found.n_steps;
+    }
+    return out;
+}

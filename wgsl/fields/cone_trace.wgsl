@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Field: cones through the voxels.
+//!
+//! Interface: `trace_cone`, `medium_at`, `finest_cell`. No bindings of its own: it reads `fields::voxel_pyramid`.
+#define_import_path lucerna::fields::cone_trace
+
+#import lucerna::cone::march::{Cone, ConeSettings, MAX_STEPS, cone_cell, cone_point, cone_step}
+#import lucerna::cone::medium::{Medium, MediumLight, add_medium, clear_way, end_of_way}
+#import lucerna::cone::pyramid::{MAX_MIPS, direction_weights, pyramid_weight}
+#import lucerna::fields::voxel_pyramid::{filtered_texel, pyramid}
+#import lucerna::voxel::grid::faces_of_direction
+
+/// What a cone has met.
+struct ConeResult {
+    /// [W·sr⁻¹·m⁻²]
+    radiance: vec3<f32>,
+    /// Share of the cone that met nothing, in [0, 1].
+    transmittance: f32,
+    /// The same, as far as the distance asked about.
+    near_transmittance: f32,
+    n_steps: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+/// Edge of the smallest cells that the levels have at a point [m].
+fn finest_cell(position: vec3<f32>) -> f32 {
+    for (var ix = 0u; ix + 1u < pyramid.n_levels; ix++) {
+        let level = pyramid.levels[ix];
+        if pyramid_weight(level, 0.0, (position - level.origin) / level.cell) > 0.0 {
+            return level.cell;
+        }
+    }
+    return pyramid.levels[pyramid.n_levels - 1u].cell;
+}
+
+/// A mip of a level as a medium, seen along a direction.
+fn medium_of_mip(level_ix: u32, mip: u32, position: vec3<f32>, direction: vec3<f32>) -> Medium {
+    let level = pyramid.levels[level_ix];
+    let cell = level.cell * f32(1u << mip);
+    let point = (position - level.origin) / cell;
+    let entry = level_ix * MAX_MIPS + mip;
+    var texel: vec4<f32>;
+    if pyramid.n_faces == 1u {
+        texel = filtered_texel(entry, mip, 0u, point);
+    } else {
+        // Who looks along +X sees the −X faces.
+        let faces = faces_of_direction(-direction);
+        let weights = direction_weights(pyramid.squared_weights, direction);
+        texel = weights.x * filtered_texel(entry, mip, faces.x, point)
+            + weights.y * filtered_texel(entry, mip, faces.y, point)
+            + weights.z * filtered_texel(entry, mip, faces.z, point);
+    }
+    return Medium(texel.rgb / cell, texel.a / cell);
+}
+
+/// The voxels around a point, averaged over cells of edge `cell` [m] (between the two nearest mips), seen along a
+/// direction of unit length.
+fn medium_at(position: vec3<f32>, direction: vec3<f32>, cell: f32) -> Medium {
+    var out = Medium(vec3<f32>(0.0), 0.0);
+    var rest = 1.0;
+    for (var ix = 0u; ix < pyramid.n_levels && rest > 0.0; ix++) {
+        let level = pyramid.levels[ix];
+        let mip = clamp(log2(cell / level.cell), 0.0, f32(level.n_mips - 1u));
+        let is_last = ix + 1u == pyramid.n_levels;
+        // Where the next level has cells that are fine enough, it is asked: its data are more compact.
+        if !is_last && cell >= 2.0 * pyramid.levels[ix + 1u].cell {
+            continue;
+        }
+        let inside = pyramid_weight(level, ceil(mip), (position - level.origin) / level.cell);
+        let share = rest * select(inside, 1.0, is_last);
+        if share <= 0.0 {
+            continue;
+        }
+        rest -= share;
+        let lower = floor(mip);
+        let upper_share = mip - lower;
+        let fine = medium_of_mip(ix, u32(lower), position, direction);
+        out.emission += share * (1.0 - upper_share) * fine.emission;
+        out.extinction += share * (1.0 - upper_share) * fine.extinction;
+        if upper_share > 0.0 {
+            let coarse = medium_of_mip(ix, u32(lower) + 1u, position, direction);
+            out.emission += share * upper_share * coarse.emission;
+            out.extinction += share * upper_share * coarse.extinction;
+        }
+    }
+    return out;
+}
+
+/// Follows a cone to its end. `near`: how far `near_transmittance` counts [m].
+///
+/// Steps are as long as the cone is wide, times the step scale; what is read in the middle of a step
+/// stands for it. A cone that becomes opaque beyond the threshold is given up (`medium::end_of_way`).
+fn trace_cone(cone: Cone, settings: ConeSettings, near: f32) -> ConeResult {
+    var light = clear_way();
+    var near_light = 1.0;
+    var t = 0.0;
+    var n_steps = 0u;
+    // Nothing stands outside the last level.
+    let last = pyramid.levels[pyramid.n_levels - 1u];
+    let low = last.origin;
+    let high = last.origin + vec3<f32>(last.size) * last.cell;
+    while n_steps < MAX_STEPS && t < cone.max_distance {
+        let at = cone_point(cone, t);
+        let leaves = ((at > high) & (cone.direction > vec3<f32>(0.0))) | ((at < low) & (cone.direction < vec3<f32>(0.0)));
+        if any(leaves) {
+            break;
+        }
+        let cell = cone_cell(cone, settings, t, finest_cell(at));
+        let length = min(cone_step(cone, settings, t, cell), cone.max_distance - t);
+        let medium = medium_at(cone_point(cone, t + 0.5 * length), cone.direction, cell);
+        // The part of the step within the near distance.
+        let near_part = clamp(near - t, 0.0, length);
+        near_light *= exp(-medium.extinction * near_part);
+        light = add_medium(light, medium, length);
+        t += length;
+        n_steps++;
+        if 1.0 - light.transmittance >= settings.opacity_threshold {
+            light = end_of_way(light, settings.opacity_threshold);
+            break;
+        }
+    }
+    return ConeResult(light.radiance, light.transmittance, near_light, n_steps, 0u, 0u);
+}

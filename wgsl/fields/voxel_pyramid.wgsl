@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Field: prefiltered voxels, read between their centres.
+//!
+//! Interface: `pyramid`, `filtered_texel`. This one filters in textures; the variant `pyramid_buffer` has the same
+//! numbers from buffers alone.
+#define_import_path lucerna::fields::voxel_pyramid
+
+#import lucerna::cone::pyramid::{PyramidLayout, texels_of_point, volume_of_mip}
+
+@group(2) @binding(0) var<uniform> pyramid: PyramidLayout;
+@group(2) @binding(1) var volume_base: texture_3d<f32>;
+@group(2) @binding(2) var volume_odd: texture_3d<f32>;
+@group(2) @binding(3) var volume_even: texture_3d<f32>;
+@group(2) @binding(4) var filtering: sampler;
+
+/// The texel of a face at a point, trilinear. `entry`: level · MAX_MIPS + mip; `point`: in cells of the mip.
+fn filtered_texel(entry: u32, mip: u32, face: u32, point: vec3<f32>) -> vec4<f32> {
+    let place = texels_of_point(pyramid.mips[entry], face, point);
+    let volume = volume_of_mip(mip);
+    if volume == 0u {
+        return textureSampleLevel(volume_base, filtering, place / vec3<f32>(pyramid.volume_base), 0.0);
+    }
+    if volume == 1u {
+        return textureSampleLevel(volume_odd, filtering, place / vec3<f32>(pyramid.volume_odd), 0.0);
+    }
+    return textureSampleLevel(volume_even, filtering, place / vec3<f32>(pyramid.volume_even), 0.0);
+}

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Reflects light between voxels once more: cones from the voxels' faces gather what the pyramid holds.
+//!
+//! What a face gathers becomes its `feedback` (`voxel_rt::cache`), which `voxel_rt/publish` and
+//! `voxel_cone/fill` bring into the pyramid: each round adds a bounce. A face's turn comes in one frame of `period`.
+//!
+//! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
+//! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record: the
+//! same input gives the same bytes.
+
+#import lucerna::cone::march::ConeSettings
+#import lucerna::fields::cone_gather::gather_cones
+#import lucerna::math::constants::FLOAT_MAX
+#import lucerna::math::dispatch::group_of_dispatch
+#import lucerna::math::float::all_finite
+#import lucerna::sampling::pcg::{pcg, unit_float}
+#import lucerna::voxel::attributes::{decode_face, record_is_valid}
+#import lucerna::voxel::grid::{face_normal, unpack_cell, world_from_grid}
+#import lucerna::voxel::levels::{VoxelLevels, slot_word}
+#import lucerna::voxel_rt::cache::{FaceLight, hit_depth}
+
+const WORKGROUP: u32 = 64u;
+
+struct BounceInfo {
+    cones: ConeSettings,
+    n_cones: u32,
+    /// Index of the level.
+    level: u32,
+    frame: u32,
+    /// At least 1.
+    period: u32,
+}
+
+@group(1) @binding(0) var<uniform> levels: VoxelLevels;
+@group(1) @binding(1) var<uniform> info: BounceInfo;
+/// x: occupied voxels of the level.
+@group(1) @binding(2) var<uniform> counts: vec4<u32>;
+@group(1) @binding(3) var<storage, read> structure: array<vec2<u32>>;
+/// Of the level alone, slot · n_faces + face: `voxel::attributes`.
+@group(1) @binding(4) var<storage, read> records: array<vec4<u32>>;
+@group(1) @binding(5) var<storage, read_write> lights: array<FaceLight>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let record = group_of_dispatch(group) * WORKGROUP + local;
+    let level = levels.levels[info.level];
+    let n_faces = level.grid.n_faces;
+    if record >= counts.x * n_faces {
+        return;
+    }
+    let packed_cell = structure[slot_word(level, record / n_faces)].x;
+    let face = record % n_faces;
+    let hash = pcg(packed_cell ^ (face << 30u) ^ (face >> 2u));
+    if (info.frame + hash) % info.period != 0u {
+        return;
+    }
+    let packed = records[record];
+    let known = lights[level.first_record + record];
+    // Where no ray met a surface, nobody sees one.
+    if !record_is_valid(packed) || !(known.n_hits > 0.0) {
+        return;
+    }
+    let surface = decode_face(packed);
+    var place = vec3<f32>(unpack_cell(packed_cell)) + 0.5;
+    if n_faces == 6u {
+        place += face_normal(face) * (0.5 - hit_depth(known));
+    }
+    let found = gather_cones(
+        world_from_grid(level.grid, place),
+        surface.normal,
+        surface.normal,
+        info.n_cones,
+        unit_float(hash),
+        info.cones,
+        FLOAT_MAX,
+        0.0,
+    );
+    if all_finite(found.irradiance) {
+        lights[level.first_record + record].indirect = found.irradiance;
+        lights[level.first_record + record].feedback = found.irradiance;
+    }
+}

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Writes what leaves the voxels' faces into mip 0: every cell of a level, empty ones too.
+//!
+//! A face is as opaque as its surfaces cover of it (`voxel::attributes`), and sends L = ρ/π·E, E being the
+//! irradiance that `voxel_rt/publish` made; where it knows none, it is dark. With `emits`, what its surfaces
+//! emit adds to that.
+//!
+//! Dispatch: ceil(size/4) groups of 4 × 4 × 4. Workgroup memory: none. Each invocation owns its cell's texels.
+
+#import lucerna::cone::medium::texel_of_surface
+#import lucerna::cone::pyramid::{MAX_MIPS, texel_of_cell}
+#import lucerna::fields::pyramid_texels::{pyramid, store_texel}
+#import lucerna::math::constants::INV_PI
+#import lucerna::math::float::all_finite
+#import lucerna::voxel::attributes::{decode_face, record_is_valid}
+#import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
+#import lucerna::voxel::levels::VoxelLevels
+
+const SIDE: u32 = 4u;
+
+struct FillInfo {
+    /// Index of the level.
+    level: u32,
+    /// 1: emission counts.
+    emits: u32,
+    /// 1: where a voxel has no surface that looks a face's way but two neighbours across that axis have, it takes
+    /// their mean. (The voxelizer misses no surface; thin slanted ones have gaps between faces.)
+    fills_gaps: u32,
+    reserved: u32,
+}
+
+@group(1) @binding(0) var<uniform> levels: VoxelLevels;
+@group(1) @binding(1) var<uniform> info: FillInfo;
+@group(1) @binding(2) var<storage, read> structure: array<vec2<u32>>;
+/// Of the level alone, slot · n_faces + face: `voxel::attributes`.
+@group(1) @binding(3) var<storage, read> records: array<vec4<u32>>;
+/// rgb: irradiance [W·m⁻²].
+@group(1) @binding(4) var<storage, read> irradiance: array<vec4<f32>>;
+
+/// The slot of a cell of the level; NO_SLOT outside it.
+fn slot_of(cell: vec3<i32>) -> u32 {
+    let level = levels.levels[info.level];
+    if any(cell < vec3<i32>(0)) || any(cell >= vec3<i32>(level.grid.size)) {
+        return NO_SLOT;
+    }
+    let brick = structure[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
+    return slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
+}
+
+/// The texel of a voxel's face; zeros where it has no surface.
+fn texel_of_face(slot: u32, face: u32) -> vec4<f32> {
+    let level = levels.levels[info.level];
+    let record = slot * level.grid.n_faces + face;
+    let packed = records[record];
+    if !record_is_valid(packed) {
+        return vec4<f32>(0.0);
+    }
+    let surface = decode_face(packed);
+    let received = irradiance[level.first_record + record].rgb;
+    var radiance = surface.albedo * INV_PI * received;
+    if info.emits != 0u {
+        radiance += surface.emission;
+    }
+    if !all_finite(radiance) {
+        radiance = vec3<f32>(0.0);
+    }
+    return texel_of_surface(max(radiance, vec3<f32>(0.0)), surface.coverage);
+}
+
+@compute @workgroup_size(SIDE, SIDE, SIDE)
+fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
+    let level = levels.levels[info.level];
+    if any(cell >= level.grid.size) {
+        return;
+    }
+    let entry = pyramid.mips[info.level * MAX_MIPS];
+    let slot = slot_of(vec3<i32>(cell));
+    for (var face = 0u; face < level.grid.n_faces; face++) {
+        var texel = vec4<f32>(0.0);
+        if slot != NO_SLOT {
+            texel = texel_of_face(slot, face);
+        }
+        if info.fills_gaps != 0u && slot != NO_SLOT && texel.a == 0.0 {
+            texel = between_neighbours(vec3<i32>(cell), face);
+        }
+        store_texel(0u, texel_of_cell(entry, face, vec3<i32>(cell)), texel);
+    }
+}
+
+/// The mean of a pair of opposite neighbours beside a face that both have a surface there; zeros where no pair
+/// has.
+fn between_neighbours(cell: vec3<i32>, face: u32) -> vec4<f32> {
+    var sum = vec4<f32>(0.0);
+    var n = 0.0;
+    for (var turn = 1u; turn < 3u; turn++) {
+        var step = vec3<i32>(0);
+        step[((face >> 1u) + turn) % 3u] = 1;
+        let slots = vec2<u32>(slot_of(cell - step), slot_of(cell + step));
+        if slots.x != NO_SLOT && slots.y != NO_SLOT {
+            let one = texel_of_face(slots.x, face);
+            let other = texel_of_face(slots.y, face);
+            if one.a > 0.0 && other.a > 0.0 {
+                sum += 0.5 * (one + other);
+                n += 1.0;
+            }
+        }
+    }
+    return sum / max(n, 1.0);
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Makes a mip of a level from the one below, for every face: `cone::prefilter`.
+//!
+//! Dispatch: ceil(size/4) groups of 4 × 4 × 4, of the mip that is made. Workgroup memory: none. Each invocation owns its
+//! cell's texels. Children outside the grid are the border's empty texels.
+
+#import lucerna::cone::prefilter::{add_column, child_offset, parent_of_columns}
+#import lucerna::cone::pyramid::{MAX_MIPS, PyramidMip, texel_of_cell, volume_of_mip}
+#import lucerna::fields::pyramid_texels::{load_texel, pyramid, store_texel}
+
+const SIDE: u32 = 4u;
+
+struct PrefilterInfo {
+    /// Index of the level.
+    level: u32,
+    /// The mip that is made, at least 1.
+    mip: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+@group(1) @binding(0) var<uniform> info: PrefilterInfo;
+
+@compute @workgroup_size(SIDE, SIDE, SIDE)
+fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
+    let entry = info.level * MAX_MIPS + info.mip;
+    let parent = pyramid.mips[entry];
+    if any(cell >= parent.size) {
+        return;
+    }
+    let children = pyramid.mips[entry - 1u];
+    let volume = volume_of_mip(info.mip - 1u);
+    for (var face = 0u; face < pyramid.n_faces; face++) {
+        var sum = vec4<f32>(0.0);
+        for (var column = 0u; column < 4u; column++) {
+            let front = 2u * cell + child_offset(face, column, 0u);
+            let back = 2u * cell + child_offset(face, column, 1u);
+            sum = add_column(
+                sum,
+                child(children, volume, face, front),
+                child(children, volume, face, back),
+            );
+        }
+        let place = texel_of_cell(parent, face, vec3<i32>(cell));
+        store_texel(volume_of_mip(info.mip), place, parent_of_columns(sum));
+    }
+}
+
+fn child(children: PyramidMip, volume: u32, face: u32, cell: vec3<u32>) -> vec4<f32> {
+    // (A cell beyond the last one is the border's.)
+    return load_texel(volume, texel_of_cell(children, face, vec3<i32>(cell)));
+}

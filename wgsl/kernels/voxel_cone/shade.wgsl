@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Indirect light of a picture's surfaces by cones: diffuse, specular, and ambient occlusion.
+//!
+//! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Cost: n_cones cones a pixel, and one more for
+//! what is not Lambert. Each invocation owns its pixel.
+
+#import lucerna::bsdf::directional_albedo::{diffuse_albedo, directional_albedo}
+#import lucerna::bsdf::metallic_roughness::{MetallicRoughness, metallic_roughness}
+#import lucerna::cone::march::{Cone, ConeSettings, spread_of_ggx}
+#import lucerna::fields::cone_gather::{Gathered, gather_cones}
+#import lucerna::fields::cone_trace::{finest_cell, trace_cone}
+#import lucerna::frame::gbuffer::{GBufferSurface, GBufferTexels, decode_gbuffer}
+#import lucerna::frame::view::FrameView
+#import lucerna::math::constants::{FLOAT_MAX, INV_PI}
+#import lucerna::sampling::pcg::{pcg3d, unit_float}
+
+const WORKGROUP: u32 = 8u;
+
+struct ShadeInfo {
+    cones: ConeSettings,
+    n_cones: u32,
+    /// 1: surfaces that are not Lambert mirror.
+    has_specular: u32,
+    /// tan of half the aperture of the mirror's cone; 0: from the roughness.
+    specular_spread: f32,
+    /// 1: `occlusion` is read: r what is open of the hemisphere close by, g of the mirror's cone.
+    has_occlusion: u32,
+}
+
+@group(1) @binding(0) var<uniform> view: FrameView;
+@group(1) @binding(1) var albedo_texture: texture_2d<f32>;
+@group(1) @binding(2) var normal_texture: texture_2d<u32>;
+@group(1) @binding(3) var emission_texture: texture_2d<f32>;
+@group(1) @binding(4) var depth_texture: texture_depth_2d;
+@group(1) @binding(5) var<uniform> info: ShadeInfo;
+@group(1) @binding(6) var occlusion: texture_2d<f32>;
+/// rgb: radiance [W·sr⁻¹·m⁻²]; a: cosine-weighted share of the hemisphere that is open as far as
+/// `view.occlusion_distance`.
+@group(1) @binding(7) var indirect: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(WORKGROUP, WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size) {
+        return;
+    }
+    let texels = GBufferTexels(
+        textureLoad(albedo_texture, id.xy, 0),
+        textureLoad(normal_texture, id.xy, 0).xy,
+        textureLoad(emission_texture, id.xy, 0),
+        textureLoad(depth_texture, id.xy, 0),
+    );
+    let surface = decode_gbuffer(view, id.xy, texels);
+    var out = vec4<f32>(0.0, 0.0, 0.0, 1.0);
+    if surface.is_surface {
+        var open = vec2<f32>(1.0);
+        if info.has_occlusion != 0u {
+            open = textureLoad(occlusion, id.xy, 0).xy;
+        }
+        let hash = pcg3d(vec3<u32>(id.xy, view.seed + view.frame * 0x9e3779b9u));
+        let gathered = gather_cones(
+            surface.position,
+            surface.geometric_normal,
+            surface.shading_normal,
+            info.n_cones,
+            unit_float(hash.x),
+            info.cones,
+            FLOAT_MAX,
+            view.occlusion_distance,
+        );
+        var diffuse = surface.albedo;
+        var radiance = vec3<f32>(0.0);
+        if !surface.lambert {
+            let material = metallic_roughness(surface.albedo, surface.metallic, surface.roughness);
+            let cosine = dot(surface.to_viewer, surface.shading_normal);
+            diffuse = diffuse_albedo(material, cosine);
+            if info.has_specular != 0u {
+                let whole = directional_albedo(material, cosine);
+                radiance = open.y * max(whole - diffuse, vec3<f32>(0.0)) * mirrored(surface, material);
+            }
+        }
+        radiance += open.x * diffuse * INV_PI * gathered.irradiance;
+        out = vec4<f32>(radiance, open.x * gathered.near_openness);
+    }
+    textureStore(indirect, id.xy, out);
+}
+
+/// Radiance from the direction that the viewer's is mirrored to.
+fn mirrored(surface: GBufferSurface, material: MetallicRoughness) -> vec3<f32> {
+    let direction = reflect(-surface.to_viewer, surface.shading_normal);
+    if dot(direction, surface.geometric_normal) <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let spread = select(info.specular_spread, spread_of_ggx(material.alpha), info.specular_spread == 0.0);
+    let offset = info.cones.start_cells * finest_cell(surface.position);
+    let cone = Cone(surface.position, spread, direction, FLOAT_MAX, surface.geometric_normal, offset);
+    return trace_cone(cone, info.cones, 0.0).radiance;
+}
