@@ -30,26 +30,58 @@ fn set_spread(n: u32) -> f32 {
     return sqrt(1.0 - cosine * cosine) / cosine;
 }
 
-/// Cone `ix` of n, which is 5, 6, 9 or 16 (any n ≥ 2 gives a set of one ring). `turn`: how far the set is
-/// turned about the normal, in [0, 1) turns.
-fn cone_of_set(n: u32, ix: u32, turn: f32) -> SetCone {
+/// A cone's part of the hemisphere: a zone between two cosines, and one of `n_ring` equal sectors of it.
+struct SetPart {
+    low: f32,
+    high: f32,
+    n_ring: u32,
+    /// Which sector; half ones stand between those of the ring within.
+    place: f32,
+}
+
+fn part_of_set(n: u32, ix: u32) -> SetPart {
     let share = 1.0 / f32(n);
-    // The zones' borders as cosines.
     let first = 1.0 - share;
     if ix == 0u {
-        return SetCone(vec3<f32>(0.0, 0.0, 1.0), 1.0 - first * first);
+        return SetPart(first, 1.0, 1u, 0.0);
     }
     let has_two_rings = n == 16u;
     let n_inner = select(n - 1u, 5u, has_two_rings);
-    let is_outer = ix > n_inner;
-    let n_ring = select(n_inner, n - 1u - n_inner, is_outer);
-    let place = select(ix - 1u, ix - 1u - n_inner, is_outer);
     let middle = select(0.0, 10.0 * share, has_two_rings);
-    let high = select(first, middle, is_outer);
-    let low = select(middle, 0.0, is_outer);
-    let zone = high * high - low * low;
-    let cosine = (2.0 / 3.0) * (high * high * high - low * low * low) / zone;
-    let sine = sqrt(1.0 - cosine * cosine);
-    let phi = TWO_PI * (turn + (f32(place) + select(0.0, 0.5, is_outer)) / f32(n_ring));
-    return SetCone(vec3<f32>(sine * cos(phi), sine * sin(phi), cosine), zone / f32(n_ring));
+    if ix > n_inner {
+        return SetPart(0.0, middle, n - 1u - n_inner, f32(ix - 1u - n_inner) + 0.5);
+    }
+    return SetPart(middle, first, n_inner, f32(ix - 1u));
+}
+
+/// Direction of a cosine to +Z and an azimuth in turns.
+fn direction_at(cosine: f32, turns: f32) -> vec3<f32> {
+    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    return vec3<f32>(sine * cos(TWO_PI * turns), sine * sin(TWO_PI * turns), cosine);
+}
+
+/// Cone `ix` of n, which is 5, 6, 9 or 16 (any other n ≥ 2 gives one ring), along the middle of its part. `turn`: how
+/// far the set is turned about the normal, in [0, 1) turns.
+fn cone_of_set(n: u32, ix: u32, turn: f32) -> SetCone {
+    let part = part_of_set(n, ix);
+    let zone = part.high * part.high - part.low * part.low;
+    if ix == 0u {
+        return SetCone(vec3<f32>(0.0, 0.0, 1.0), zone);
+    }
+    let cubes = part.high * part.high * part.high - part.low * part.low * part.low;
+    let cosine = (2.0 / 3.0) * cubes / zone;
+    let n_ring = f32(part.n_ring);
+    return SetCone(direction_at(cosine, turn + part.place / n_ring), zone / n_ring);
+}
+
+/// The same cone along a direction drawn from its part, by the cosine: over many draws the set integrates any
+/// light without bias, however narrow the cells are that the cones read. `u`: uniform in [0, 1)².
+fn drawn_cone_of_set(n: u32, ix: u32, u: vec2<f32>) -> SetCone {
+    let part = part_of_set(n, ix);
+    let low = part.low * part.low;
+    let high = part.high * part.high;
+    return SetCone(
+        direction_at(sqrt(mix(low, high, u.x)), (part.place + u.y) / f32(part.n_ring)),
+        (high - low) / f32(part.n_ring),
+    );
 }

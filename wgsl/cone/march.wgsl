@@ -5,8 +5,10 @@
 //! At distance t a cone of half aperture β is 2·t·tan β wide, and cells of that width are read: mip =
 //! log₂(width/cell). Two things are ours. A cell is never larger than the height over the plane that
 //! the cone leaves: the surface's own voxels, which a coarser cell would take in, would hide it from
-//! the light that it faces. And a step may be longer than a cell only by as much as the caller's step scale says.
+//! the light that it faces (from behind: dark). And a step may be longer than a cell only by as much as the caller's step scale says.
 #define_import_path lucerna::cone::march
+
+#import lucerna::math::constants::FLOAT_MAX
 
 /// A sphere that grows as it moves.
 struct Cone {
@@ -36,8 +38,8 @@ struct ConeSettings {
     start_cells: f32,
 }
 
-/// A plane's voxels reach so many cells into the free: they may stand half a cell high in their
-/// cell, and filtering adds one.
+/// A plane's voxels reach so many cells into the free, if it stands across an axis: it may stand half a cell high in
+/// its cell, and filtering adds one.
 const PLANE_REACH: f32 = 1.5;
 /// A step is not below this share of the cell that is read: shorter ones find the same again.
 const MIN_STEP: f32 = 0.5;
@@ -49,17 +51,33 @@ fn cone_point(cone: Cone, t: f32) -> vec3<f32> {
     return cone.origin + cone.normal * cone.offset + cone.direction * t;
 }
 
+/// How wide a cell is along a unit normal [cells]: 1 along an axis, √3 along the diagonal.
+fn cells_across(normal: vec3<f32>) -> f32 {
+    return abs(normal.x) + abs(normal.y) + abs(normal.z);
+}
+
 /// Width at distance `t` [m].
 fn cone_width(cone: Cone, t: f32) -> f32 {
     return 2.0 * t * cone.spread;
 }
 
-/// Edge of the cells to read at distance `t` [m]; `finest`: what there is at least.
-fn cone_cell(cone: Cone, settings: ConeSettings, t: f32, finest: f32) -> f32 {
-    let wanted = cone_width(cone, t) * exp2(settings.mip_bias);
+/// Which cells to read.
+struct ConeCells {
+    /// Edge of the cells that match the cone, between two mips [m].
+    matching: f32,
+    /// No cell may be larger than this [m].
+    largest: f32,
+}
+
+/// The cells to read at distance `t` [m]; `finest`: the smallest ones there are [m].
+fn cone_cells(cone: Cone, settings: ConeSettings, t: f32, finest: f32) -> ConeCells {
+    let matching = max(cone_width(cone, t) * exp2(settings.mip_bias), finest);
+    if all(cone.normal == vec3<f32>(0.0)) {
+        return ConeCells(matching, FLOAT_MAX);
+    }
     let height = cone.offset + t * dot(cone.normal, cone.direction);
-    let clear = select(wanted, max(height, 0.0) / PLANE_REACH, any(cone.normal != vec3<f32>(0.0)));
-    return max(min(wanted, clear), finest);
+    let clear = max(height / (PLANE_REACH * cells_across(cone.normal)), finest);
+    return ConeCells(min(matching, clear), clear);
 }
 
 /// Length of the step at distance `t` where cells of this size are read [m].

@@ -4,11 +4,13 @@
 //! Interface: `gather_cones`. No bindings of its own: it reads `fields::voxel_pyramid`.
 #define_import_path lucerna::fields::cone_gather
 
-#import lucerna::cone::march::{Cone, ConeSettings}
-#import lucerna::cone::cone_set::{cone_of_set, set_spread}
+#import lucerna::cone::march::{Cone, ConeSettings, cells_across}
+#import lucerna::cone::cone_set::{drawn_cone_of_set, set_spread}
 #import lucerna::fields::cone_trace::{finest_cell, trace_cone}
 #import lucerna::math::constants::PI
 #import lucerna::math::frame::frame_from_normal
+#import lucerna::sampling::low_discrepancy::sobol_owen
+#import lucerna::sampling::pcg::pcg
 
 /// Light from the hemisphere.
 struct Gathered {
@@ -23,24 +25,26 @@ struct Gathered {
 
 /// Gathers with `n_cones` (`cone::cone_set`) around `normal` (unit length), from a point on a surface [m].
 ///
-/// `plane`: the surface's own unit normal, along which cones leave it. `turn`: of the set, in [0, 1).
+/// `plane`: the surface's own unit normal, along which cones leave it. `stream`, `sample_ix`: of the random numbers
+/// that turn each cone within its part of the hemisphere.
 /// `max_distance`, `near`: as of `trace_cone` [m].
 fn gather_cones(
     position: vec3<f32>,
     plane: vec3<f32>,
     normal: vec3<f32>,
     n_cones: u32,
-    turn: f32,
+    stream: u32,
+    sample_ix: u32,
     settings: ConeSettings,
     max_distance: f32,
     near: f32,
 ) -> Gathered {
     let basis = frame_from_normal(normal);
-    let offset = settings.start_cells * finest_cell(position);
+    let offset = settings.start_cells * finest_cell(position) * cells_across(plane);
     let spread = set_spread(n_cones);
     var out: Gathered;
     for (var ix = 0u; ix < n_cones; ix++) {
-        let member = cone_of_set(n_cones, ix, turn);
+        let member = drawn_cone_of_set(n_cones, ix, sobol_owen(sample_ix, pcg(stream + ix)));
         let direction = basis * member.direction;
         if dot(direction, plane) <= 0.0 {
             // Below the surface, where a bent normal leads: dark.

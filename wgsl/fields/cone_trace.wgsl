@@ -4,7 +4,7 @@
 //! Interface: `trace_cone`, `medium_at`, `finest_cell`. No bindings of its own: it reads `fields::voxel_pyramid`.
 #define_import_path lucerna::fields::cone_trace
 
-#import lucerna::cone::march::{Cone, ConeSettings, MAX_STEPS, cone_cell, cone_point, cone_step}
+#import lucerna::cone::march::{Cone, ConeCells, ConeSettings, MAX_STEPS, cone_cells, cone_point, cone_step}
 #import lucerna::cone::medium::{Medium, MediumLight, add_medium, clear_way, end_of_way}
 #import lucerna::cone::pyramid::{MAX_MIPS, direction_weights, pyramid_weight}
 #import lucerna::fields::voxel_pyramid::{filtered_texel, pyramid}
@@ -54,17 +54,19 @@ fn medium_of_mip(level_ix: u32, mip: u32, position: vec3<f32>, direction: vec3<f
     return Medium(texel.rgb / cell, texel.a / cell);
 }
 
-/// The voxels around a point, averaged over cells of edge `cell` [m] (between the two nearest mips), seen along a
-/// direction of unit length.
-fn medium_at(position: vec3<f32>, direction: vec3<f32>, cell: f32) -> Medium {
+/// The voxels around a point, averaged over cells (between the two nearest mips that are not too large), seen
+/// along a direction of unit length.
+fn medium_at(position: vec3<f32>, direction: vec3<f32>, cells: ConeCells) -> Medium {
     var out = Medium(vec3<f32>(0.0), 0.0);
     var rest = 1.0;
     for (var ix = 0u; ix < pyramid.n_levels && rest > 0.0; ix++) {
         let level = pyramid.levels[ix];
-        let mip = clamp(log2(cell / level.cell), 0.0, f32(level.n_mips - 1u));
+        // (A little more, for rounding: a cell that is just as large as it may be is not too large.)
+        let largest = floor(log2(cells.largest / level.cell) + 1e-4);
+        let mip = clamp(min(log2(cells.matching / level.cell), largest), 0.0, f32(level.n_mips - 1u));
         let is_last = ix + 1u == pyramid.n_levels;
         // Where the next level has cells that are fine enough, it is asked: its data are more compact.
-        if !is_last && cell >= 2.0 * pyramid.levels[ix + 1u].cell {
+        if !is_last && cells.matching >= 2.0 * pyramid.levels[ix + 1u].cell {
             continue;
         }
         let inside = pyramid_weight(level, ceil(mip), (position - level.origin) / level.cell);
@@ -106,9 +108,9 @@ fn trace_cone(cone: Cone, settings: ConeSettings, near: f32) -> ConeResult {
         if any(leaves) {
             break;
         }
-        let cell = cone_cell(cone, settings, t, finest_cell(at));
-        let length = min(cone_step(cone, settings, t, cell), cone.max_distance - t);
-        let medium = medium_at(cone_point(cone, t + 0.5 * length), cone.direction, cell);
+        let cells = cone_cells(cone, settings, t, finest_cell(at));
+        let length = min(cone_step(cone, settings, t, cells.matching), cone.max_distance - t);
+        let medium = medium_at(cone_point(cone, t + 0.5 * length), cone.direction, cells);
         // The part of the step within the near distance.
         let near_part = clamp(near - t, 0.0, length);
         near_light *= exp(-medium.extinction * near_part);

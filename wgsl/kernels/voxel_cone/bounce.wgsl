@@ -13,7 +13,7 @@
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::float::all_finite
-#import lucerna::sampling::pcg::{pcg, unit_float}
+#import lucerna::sampling::pcg::pcg
 #import lucerna::voxel::attributes::{decode_face, record_is_valid}
 #import lucerna::voxel::grid::{face_normal, unpack_cell, world_from_grid}
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
@@ -70,7 +70,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         surface.normal,
         surface.normal,
         info.n_cones,
-        unit_float(hash),
+        hash,
+        info.frame / info.period,
         info.cones,
         FLOAT_MAX,
         0.0,

@@ -6,13 +6,13 @@
 
 #import lucerna::bsdf::directional_albedo::{diffuse_albedo, directional_albedo}
 #import lucerna::bsdf::metallic_roughness::{MetallicRoughness, metallic_roughness}
-#import lucerna::cone::march::{Cone, ConeSettings, spread_of_ggx}
+#import lucerna::cone::march::{Cone, ConeSettings, cells_across, spread_of_ggx}
 #import lucerna::fields::cone_gather::{Gathered, gather_cones}
 #import lucerna::fields::cone_trace::{finest_cell, trace_cone}
 #import lucerna::frame::gbuffer::{GBufferSurface, GBufferTexels, decode_gbuffer}
 #import lucerna::frame::view::FrameView
 #import lucerna::math::constants::{FLOAT_MAX, INV_PI}
-#import lucerna::sampling::pcg::{pcg3d, unit_float}
+#import lucerna::sampling::pcg::pcg3d
 
 const WORKGROUP: u32 = 8u;
 
@@ -56,13 +56,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         if info.has_occlusion != 0u {
             open = textureLoad(occlusion, id.xy, 0).xy;
         }
-        let hash = pcg3d(vec3<u32>(id.xy, view.seed + view.frame * 0x9e3779b9u));
+        let hash = pcg3d(vec3<u32>(id.xy, view.seed)).x;
         let gathered = gather_cones(
             surface.position,
             surface.geometric_normal,
             surface.shading_normal,
             info.n_cones,
-            unit_float(hash.x),
+            hash,
+            view.frame,
             info.cones,
             FLOAT_MAX,
             view.occlusion_distance,
@@ -91,7 +92,8 @@ fn mirrored(surface: GBufferSurface, material: MetallicRoughness) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let spread = select(info.specular_spread, spread_of_ggx(material.alpha), info.specular_spread == 0.0);
-    let offset = info.cones.start_cells * finest_cell(surface.position);
+    let offset =
+        info.cones.start_cells * finest_cell(surface.position) * cells_across(surface.geometric_normal);
     let cone = Cone(surface.position, spread, direction, FLOAT_MAX, surface.geometric_normal, offset);
     return trace_cone(cone, info.cones, 0.0).radiance;
 }
