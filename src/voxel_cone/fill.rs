@@ -1,6 +1,7 @@
 //! The kernels `voxel_cone/fill` and `voxel_cone/prefilter`: light of voxels into the pyramid, and its mips.
 
 use super::pyramid::Pyramid;
+use super::settings::VoxelConeSettings;
 use crate::bindings::baseline::kernels::voxel_cone::{fill, prefilter};
 use crate::bindings::baseline::lucerna::cone::pyramid::MAX_MIPS;
 use crate::frame::Frame;
@@ -37,7 +38,7 @@ impl FillPass {
         pyramid: &Pyramid,
         buffers: &CacheBuffers,
         attributes: &[VoxelAttributes],
-        fills_gaps: bool,
+        settings: &VoxelConeSettings,
         emits: bool,
     ) -> Self {
         let layout = fill::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
@@ -51,8 +52,8 @@ impl FillPass {
                 let info = fill::FillInfo {
                     level,
                     emits: u32::from(emits),
-                    fills_gaps: u32::from(fills_gaps),
-                    reserved: 0,
+                    fills_gaps: u32::from(settings.fills_gaps),
+                    backs_hide: u32::from(settings.opaque_backs),
                 };
                 let info = uniform(gpu, label, bytemuck::bytes_of(&info));
                 let entries = fill::WgpuBindGroup1Entries::new(fill::WgpuBindGroup1EntriesParams {

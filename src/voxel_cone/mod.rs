@@ -116,7 +116,7 @@ impl VoxelCone {
         let pyramid = Pyramid::new(gpu, &grids, settings.storage, squared)?;
         let buffers = light.buffers();
         Ok(Self {
-            fill: FillPass::new(gpu, &pyramid, buffers, &attributes, settings.fills_gaps, false),
+            fill: FillPass::new(gpu, &pyramid, buffers, &attributes, &settings, false),
             prefilter: PrefilterPass::new(gpu, &pyramid),
             bounce: BouncePass::new(gpu, &pyramid, buffers, &attributes),
             publish: PublishPass::new(gpu, buffers),

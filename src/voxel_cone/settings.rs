@@ -95,6 +95,9 @@ pub struct VoxelConeSettings {
     pub specular: Specular,
     /// Voxels without a surface that looks a face's way take the mean of neighbours that have.
     pub fills_gaps: bool,
+    /// Single-sided surfaces hide what is behind them from behind, too. Else cones pass through their backs,
+    /// as glTF's `doubleSided` allows; then they do not darken what stands beside a wall.
+    pub opaque_backs: bool,
     /// Where voxels are kept.
     pub storage: PyramidStorage,
     /// Stream of random numbers.
@@ -116,6 +119,7 @@ impl Default for VoxelConeSettings {
             face_weights: FaceWeights::Projected,
             specular: Specular::Roughness,
             fills_gaps: false,
+            opaque_backs: false,
             storage: PyramidStorage::Textures,
             seed: 0,
         }

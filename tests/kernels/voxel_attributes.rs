@@ -237,7 +237,7 @@ fn sums_in_f64(grid: &VoxelGrid, triangles: &[[Vec3; 3]]) -> BTreeMap<(usize, us
                         let front = 2 * axis + usize::from(normal[axis] < 0.0);
                         let weight = area[axis].abs();
                         add(&mut out, front, weight, normal);
-                        if material.double_sided && emission != DVec3::ZERO {
+                        if material.double_sided {
                             add(&mut out, front ^ 1, weight, -normal);
                         }
                         for face in [front, front ^ 1] {

@@ -4,7 +4,7 @@
 //! A voxel hides the share `opacity` of what stands behind it, seen along an axis. It is kept as
 //! *optical depth* τ = −ln(1 − opacity), and what leaves its surfaces as τ·L: both add along a ray, so
 //! interpolating them between voxels keeps the depth of a wall whatever its place between two
-//! centres. (Interpolated opacity lets 1/e² = 14 % through an opaque wall of one voxel.)
+//! centres. (With interpolated opacity, an opaque wall of one voxel lets more or less through by where it stands.)
 //!
 //! Along a piece of ray of length s: transmittance e^(−σs), emission (ε/σ)(1 − e^(−σs)); front to back
 //! as C. Crassin et al., "Interactive Indirect Illumination Using Voxel Cone Tracing", 2011, §7, which is
@@ -13,8 +13,12 @@
 //! Symbols: σ extinction [m⁻¹], ε emission [W·sr⁻¹·m⁻³], L radiance [W·sr⁻¹·m⁻²], T transmittance.
 #define_import_path lucerna::cone::medium
 
-/// The depth of what is opaque: T = e⁻¹⁰ = 4.5e-5. Exact in 16-bit floats.
-const OPAQUE_DEPTH: f32 = 10.0;
+/// The depth of what is opaque: T = e^−3.25 = 3.9 %, at which cones are given up (0.95). Exact in 16-bit floats.
+///
+/// Beside an opaque voxel, filtering makes depths between this and 0, of which the mean opacity is
+/// 1 − (1 − e^−τ)/τ: 0.70 here, 0.5 would leave silhouettes as large as they are, and 10 gives 0.9. (Light in the Cornell box,
+/// of 128 voxels, relative to the path tracer's after one bounce: 1.00 with 3, 1.05 with 4, 1.12 with 10.)
+const OPAQUE_DEPTH: f32 = 3.25;
 /// The largest number of a 16-bit float.
 const MAX_HALF: f32 = 65504.0;
 

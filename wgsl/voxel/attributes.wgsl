@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | x | 0–9, 10–19, 20–29 | albedo red, green, blue, unorm (linear); error 1/2046 |
 //! | x | 30 | 1: there is something to see (the coverage may still round to 0) |
-//! | x | 31 | 0 |
+//! | x | 31 | 1: no surface looks this way; what is seen are backs |
 //! | y | 0–15, 16–31 | unit normal, `octahedral::pack_direction` |
 //! | z | 0–31 | emission, `shared_exponent` [W·sr⁻¹·m⁻²] |
 //! | w | 0–15 | coverage, unorm: how much of the cell's face the surfaces hide, seen along its axis |
@@ -38,6 +38,9 @@ const EMISSION_SCALE: f32 = 262143.0;
 
 /// The bit of a record that says that there is something to see.
 const RECORD_VALID: u32 = 0x40000000u;
+
+/// The bit of a record that says that only backs are seen.
+const RECORD_BACK: u32 = 0x80000000u;
 
 /// Which sum.
 const SUM_WEIGHT: u32 = 0u;
@@ -80,6 +83,11 @@ fn encode_face(face: VoxelFace) -> vec4<u32> {
 /// Whether a surface looks to either side of the record's axis.
 fn record_is_valid(record: vec4<u32>) -> bool {
     return (record.x & RECORD_VALID) != 0u;
+}
+
+/// Whether no surface looks to the record's side: what is seen are backs of single-sided ones.
+fn record_is_back(record: vec4<u32>) -> bool {
+    return (record.x & RECORD_BACK) != 0u;
 }
 
 /// The face of a record; of one that is not valid coverage and albedo are 0.

@@ -43,6 +43,9 @@ pub struct ConeArguments {
     /// Give voxels' faces without a surface the mean of their neighbours.
     #[arg(long)]
     fill_gaps: bool,
+    /// Cones do not pass through the backs of single-sided surfaces.
+    #[arg(long)]
+    opaque_backs: bool,
     /// Keep prefiltered voxels in buffers in the place of 3-D textures (the same numbers, slower).
     #[arg(long)]
     pyramid_buffers: bool,
@@ -100,6 +103,7 @@ impl ConeArguments {
                 WeightArgument::Squared => FaceWeights::Squared,
             },
             specular: self.specular,
+            opaque_backs: self.opaque_backs,
             fills_gaps: self.fill_gaps,
             storage: if self.pyramid_buffers {
                 PyramidStorage::Buffers

@@ -3,8 +3,8 @@
 //!
 //! Goes through the cells as `voxel/mark` does. A triangle counts in a cell by the area that lies in
 //! it. Anisotropic: into the face of each axis that its front looks to, by the area projected on it
-//! (A·max(dot(axis, n), 0), the weights of T. Magalhães 2020 times the area); a double-sided triangle that
-//! shines, into the opposite face as well. Isotropic: by the area. What only touches counts with the
+//! (A·max(dot(axis, n), 0), the weights of T. Magalhães 2020 times the area); a double-sided triangle
+//! into the opposite face as well, turned around. Isotropic: by the area. What only touches counts with the
 //! least weight, so no voxel is without values. Where the alpha mask cuts the middle of the part
 //! away, the part does not count.
 //!
@@ -90,7 +90,6 @@ fn add_triangle(triangle_ix: u32, t: GridTriangle, cell: vec3<u32>, slot: u32) {
     }
     let area = abs(part.area);
     let looks = abs(normal);
-    let shines = surface.double_sided && any(surface.emission > vec3<f32>(0.0));
     for (var axis = 0u; axis < 3u; axis++) {
         let is_dominant = looks[axis] >= max(looks.x, max(looks.y, looks.z));
         let weight = max(weight_of_area(area[axis]), u32(is_dominant));
@@ -102,7 +101,7 @@ fn add_triangle(triangle_ix: u32, t: GridTriangle, cell: vec3<u32>, slot: u32) {
         add_face(front, weight, surface, normal);
         add(front, SUM_COVERAGE, vec2<u32>(weight, 0u));
         add(back, SUM_COVERAGE, vec2<u32>(weight, 0u));
-        if shines {
+        if surface.double_sided {
             add_face(back, weight, surface, -normal);
         }
     }

@@ -5,7 +5,7 @@
 //! with all its faces.
 
 #import lucerna::math::dispatch::group_of_dispatch
-#import lucerna::voxel::attributes::{N_SUMS, SUM_WEIGHT, encode_face, face_of_sums, float_of_sum}
+#import lucerna::voxel::attributes::{N_SUMS, RECORD_BACK, SUM_WEIGHT, encode_face, face_of_sums, float_of_sum}
 #import lucerna::voxel::counts::VoxelCounts
 #import lucerna::voxel::grid::VoxelGrid
 
@@ -53,6 +53,7 @@ fn main(
         var packed = vec4<u32>(0u);
         if front[SUM_WEIGHT] > 0.0 || back[SUM_WEIGHT] > 0.0 {
             packed = encode_face(face_of_sums(front, back, range.brightest));
+            packed.x |= select(0u, RECORD_BACK, front[SUM_WEIGHT] == 0.0);
         }
         records[range.first * grid.n_faces + record] = packed;
     }

@@ -5,6 +5,9 @@
 //! irradiance that `voxel_rt/publish` made; where it knows none, it is dark. With `emits`, what its surfaces
 //! emit adds to that.
 //!
+//! Backs of single-sided surfaces are open unless asked otherwise: nobody is meant to see them, and a cone that grows
+//! beside a wall takes in its voxels, and with them the wall's dark back, though it never comes from behind.
+//!
 //! Dispatch: ceil(size/4) groups of 4 × 4 × 4. Workgroup memory: none. Each invocation owns its cell's texels.
 
 #import lucerna::cone::medium::texel_of_surface
@@ -12,7 +15,7 @@
 #import lucerna::fields::pyramid_texels::{pyramid, store_texel}
 #import lucerna::math::constants::INV_PI
 #import lucerna::math::float::all_finite
-#import lucerna::voxel::attributes::{decode_face, record_is_valid}
+#import lucerna::voxel::attributes::{decode_face, record_is_back, record_is_valid}
 #import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
 #import lucerna::voxel::levels::VoxelLevels
 
@@ -26,7 +29,8 @@ struct FillInfo {
     /// 1: where a voxel has no surface that looks a face's way but two neighbours across that axis have, it takes
     /// their mean. (The voxelizer misses no surface; thin slanted ones have gaps between faces.)
     fills_gaps: u32,
-    reserved: u32,
+    /// 1: a face from which only backs of single-sided surfaces are seen is as opaque as they are. 0: it is open.
+    backs_hide: u32,
 }
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
@@ -52,7 +56,7 @@ fn texel_of_face(slot: u32, face: u32) -> vec4<f32> {
     let level = levels.levels[info.level];
     let record = slot * level.grid.n_faces + face;
     let packed = records[record];
-    if !record_is_valid(packed) {
+    if !record_is_valid(packed) || (info.backs_hide == 0u && record_is_back(packed)) {
         return vec4<f32>(0.0);
     }
     let surface = decode_face(packed);
