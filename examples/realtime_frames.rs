@@ -31,8 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut technique = VoxelRt::new(&gpu, &scene, settings, camera.position)?;
     let mut passes = FramePasses::new(&gpu, &scene, size, DirectSettings::default())?;
     let mut view = View::new(&gpu, size);
-    let view_settings =
-        ViewSettings { n_accumulated: N_FRAMES / 2, ..ViewSettings::default() };
+    let view_settings = ViewSettings { n_accumulated: N_FRAMES / 2, ..ViewSettings::default() };
     for frame_ix in 0..N_FRAMES {
         if frame_ix == N_FRAMES / 2 {
             // From here on the picture is kept. (Where a light moves, `technique.changed` is to be told.)

@@ -26,7 +26,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = GpuScene::new(&gpu, &loaded.scene, GpuSceneOptions::default())?;
 
     let size = UVec2::new(128, 128);
-    let settings = ReferenceSettings { size, n_bounces: 8, seed: 0, irradiance: false, occlusion_distance: 0.0 };
+    let settings = ReferenceSettings {
+        size,
+        n_bounces: 8,
+        seed: 0,
+        irradiance: false,
+        occlusion_distance: 0.0,
+    };
     let (film, stats) = render_reference(&gpu, &scene, camera, &settings, 16, |_| true)?;
     let picture = resolve(&read_film(&gpu, &film)?, size, Channel::Beauty);
 

@@ -25,6 +25,16 @@ generated!(
     "bindings_ray_query.rs"
 );
 generated!(
+    /// Kernels with shadow maps in the place of shadow rays.
+    shadow_map,
+    "bindings_shadow_map.rs"
+);
+generated!(
+    /// Direct light with cones through voxels in the place of shadow rays.
+    cone_shadow,
+    "bindings_cone_shadow.rs"
+);
+generated!(
     /// The kernels of prefiltered voxels, with buffers in the place of textures.
     pyramid_buffer,
     "bindings_pyramid_buffer.rs"

@@ -228,9 +228,25 @@ pub fn render_frames<T: Technique>(
     camera: &Camera,
     what: &FramesToRender,
     technique: &mut T,
+    keep_going: impl FnMut(Progress) -> bool,
+) -> Result<(FramePasses, FrameStats), FramesError> {
+    let passes = FramePasses::new(gpu, scene, what.size, what.direct)?;
+    render_frames_with(gpu, scene, camera, what, technique, passes, keep_going)
+}
+
+/// As [`render_frames`], with passes made by the caller (other shadows, say), of the size asked for.
+///
+/// # Errors
+/// [`FramesError`]
+pub fn render_frames_with<T: Technique>(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    camera: &Camera,
+    what: &FramesToRender,
+    technique: &mut T,
+    mut passes: FramePasses,
     mut keep_going: impl FnMut(Progress) -> bool,
 ) -> Result<(FramePasses, FrameStats), FramesError> {
-    let mut passes = FramePasses::new(gpu, scene, what.size, what.direct)?;
     let mut view = View::new(gpu, what.size);
     let mut timers = if what.timed { PassTimers::new(gpu) } else { None };
     let mut stats = FrameStats::default();
@@ -241,7 +257,7 @@ pub fn render_frames<T: Technique>(
         view.advance(gpu, scene, camera, &what.view);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let frame = &mut Frame { gpu, encoder: &mut encoder, scene, view: &view, timers: None };
-        technique.update(frame).map_err(|error| FramesError::Technique(error.into()))?;
+        passes.update(frame, technique).map_err(|error| FramesError::Technique(error.into()))?;
         gpu.queue.submit([encoder.finish()]);
         wait(gpu)?;
         if !keep_going(Progress { done, total }) {

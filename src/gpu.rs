@@ -75,7 +75,9 @@ pub enum GpuError {
         limit: u32,
     },
     /// A 3-D texture with too long an edge.
-    #[error("{what} need {edge} texels along an edge, and this device's 3-D textures have at most {limit}; {advice}")]
+    #[error(
+        "{what} need {edge} texels along an edge, and this device's 3-D textures have at most {limit}; {advice}"
+    )]
     VolumeTooLarge {
         /// What the texture holds.
         what: &'static str,

@@ -80,6 +80,7 @@ pub mod rays;
 pub mod reference;
 pub mod scene;
 pub mod shader;
+pub mod shadow;
 pub mod voxel;
 pub mod voxel_cone;
 pub mod voxel_rt;

@@ -15,6 +15,7 @@ use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::picture::{PngOptions, ToneMap, write_whole_file};
 use lucerna::reference::{Channel, PixelSums, ReferenceSettings, resolve};
 use lucerna::scene::Camera;
+use lucerna::shadow::ShadowMaps;
 use lucerna::voxel_cone::VoxelCone;
 use lucerna::voxel_rt::VoxelRt;
 use std::io::Write;
@@ -180,15 +181,17 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
             arguments.bounces.unwrap_or(REFERENCE_BOUNCES),
         ),
         Technique::Direct => {
-            let make = |_: &Gpu, _: &GpuScene, _: &Camera| Ok(lucerna::frame::NoIndirect);
-            realtime::render(arguments, make, |_, _| Ok(()))
+            let make = |_: &Gpu, _: &GpuScene, _: &Camera, _: Option<&ShadowMaps>| {
+                Ok(lucerna::frame::NoIndirect)
+            };
+            realtime::render(arguments, make, None, |_, _| Ok(()))
         }
         Technique::VoxelRt => {
             let settings = arguments.voxels.settings(arguments.bounces, arguments.output.seed)?;
-            let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera| {
+            let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera, _: Option<&ShadowMaps>| {
                 Ok(VoxelRt::new(gpu, scene, settings, camera.position)?)
             };
-            realtime::render(arguments, make, voxels::warn)
+            realtime::render(arguments, make, None, voxels::warn)
         }
         Technique::VoxelCone => {
             let (bounces, seed) = (arguments.bounces, arguments.output.seed);
@@ -196,10 +199,15 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
                 return Err("--bounces is at least 1 with --technique voxel-cone; direct light alone is --technique direct".into());
             }
             let settings = arguments.cones.settings(&arguments.voxels, bounces, seed);
-            let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera| {
-                Ok(VoxelCone::new(gpu, scene, settings, camera.position)?)
+            let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera, maps: Option<&ShadowMaps>| {
+                let eye = camera.position;
+                Ok(match maps {
+                    Some(maps) => VoxelCone::with_shadow_maps(gpu, scene, settings, maps, eye)?,
+                    None => VoxelCone::new(gpu, scene, settings, eye)?,
+                })
             };
-            realtime::render(arguments, make, cones::warn)
+            let cone_shadows = |gpu: &Gpu, technique: &VoxelCone| technique.cone_shadows(gpu);
+            realtime::render(arguments, make, Some(cone_shadows), cones::warn)
         }
     }
 }
@@ -215,7 +223,8 @@ fn trace(
     n_samples: u32,
     n_bounces: u32,
 ) -> CommandResult {
-    let Ready { camera, size, gpu, info, rays, gpu_scene } = prepare(scene, adapter, output)?;
+    let Ready { camera, size, gpu, info, rays, gpu_scene } =
+        prepare(scene, adapter, output, false)?;
     let settings = ReferenceSettings {
         size,
         n_bounces,
@@ -277,11 +286,12 @@ struct Ready {
     gpu_scene: GpuScene,
 }
 
-/// Loads the scene, opens the device and brings the scene to it.
+/// Loads the scene, opens the device and brings the scene to it. `software_rays`: whatever the device has.
 fn prepare(
     scene: &SceneArguments,
     adapter: &AdapterArguments,
     output: &OutputArguments,
+    software_rays: bool,
 ) -> Result<Ready, Box<dyn std::error::Error>> {
     // A long rendering must not end at a folder that is not there.
     check_writable(&output.output)?;
@@ -291,6 +301,7 @@ fn prepare(
     let diffuse_only = scene.diffuse;
     let Prepared { scene, camera, size } = scene.prepare()?;
     let (gpu, info, rays) = adapter.open()?;
+    let rays = if software_rays { RaySource::Software } else { rays };
     let gpu_scene = GpuScene::new(&gpu, &scene, GpuSceneOptions { diffuse_only, rays })?;
     if gpu_scene.skipped_triangles() > 0 {
         errln!(

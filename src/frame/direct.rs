@@ -5,10 +5,13 @@ use super::{BindGroupCache, Frame, GBuffer};
 use crate::bindings::baseline::kernels::frame::direct as kernel;
 use crate::bindings::baseline::lucerna::frame::direct_light::DirectSettings as Uniform;
 use crate::gpu::Gpu;
-use crate::gpu_scene::GpuScene;
+use crate::gpu_scene::{GpuScene, RaySource};
 use crate::pass::compute_pipeline;
+use crate::shadow::{ShadowBinding, ShadowError};
 use glam::UVec2;
 use wgpu::util::DeviceExt;
+
+const NAME: &str = "frame/direct";
 
 /// How much is spent on direct light. (Point, spot and directional lights get a ray each, as long as
 /// there are no more than 16.)
@@ -37,17 +40,52 @@ pub struct DirectPass {
     n_rejected: wgpu::Buffer,
     radiance: wgpu::TextureView,
     groups: BindGroupCache,
+    /// Bind group 2, where shadows are not rays.
+    shadows: Option<wgpu::BindGroup>,
 }
 
 impl DirectPass {
     /// Compiles the kernel in the scene's [variant](GpuScene::variant) and makes a target of this
     /// size \[pixels\].
     pub fn new(gpu: &Gpu, scene: &GpuScene, size: UVec2, settings: DirectSettings) -> Self {
-        let name = "frame/direct";
+        let layout = kernel::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
+        let layouts = [Some(scene.layout()), Some(&layout)];
+        let pipeline = compute_pipeline(gpu, NAME, scene.variant(), &layouts);
+        Self::of_pipeline(gpu, scene, size, settings, pipeline, None)
+    }
+
+    /// As [`Self::new`], with shadows by maps or by cones in the place of rays. (Cones stand for the share of the light
+    /// that each draw is: `n_bsdf_samples` of 0 leaves all of it to them.)
+    ///
+    /// # Errors
+    /// [`ShadowError::RayQuery`].
+    pub fn with_shadows(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        size: UVec2,
+        settings: DirectSettings,
+        shadows: &ShadowBinding,
+    ) -> Result<Self, ShadowError> {
+        if scene.rays() == RaySource::RayQuery {
+            return Err(ShadowError::RayQuery);
+        }
+        let layout = kernel::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
+        let layouts = [Some(scene.layout()), Some(&layout), Some(&shadows.layout)];
+        let pipeline = compute_pipeline(gpu, NAME, shadows.variant, &layouts);
+        let group = Some(shadows.group.clone());
+        Ok(Self::of_pipeline(gpu, scene, size, settings, pipeline, group))
+    }
+
+    fn of_pipeline(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        size: UVec2,
+        settings: DirectSettings,
+        pipeline: wgpu::ComputePipeline,
+        shadows: Option<wgpu::BindGroup>,
+    ) -> Self {
         let device = &gpu.device;
         let layout = kernel::WgpuBindGroup1::get_bind_group_layout(device);
-        let layouts = [Some(scene.layout()), Some(&layout)];
-        let pipeline = compute_pipeline(gpu, name, scene.variant(), &layouts);
         let settings = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("direct settings"),
             contents: bytemuck::bytes_of(&Uniform {
@@ -74,6 +112,7 @@ impl DirectPass {
             n_rejected,
             radiance: radiance_target(gpu, "direct", size),
             groups: Default::default(),
+            shadows,
         }
     }
 
@@ -124,6 +163,9 @@ impl DirectPass {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, frame.scene.bind_group(), &[]);
         pass.set_bind_group(1, &group, &[]);
+        if let Some(shadows) = &self.shadows {
+            pass.set_bind_group(2, shadows, &[]);
+        }
         let side = kernel::WORKGROUP;
         pass.dispatch_workgroups(size.x.div_ceil(side), size.y.div_ceil(side), 1);
     }

@@ -3,9 +3,10 @@
 //!
 //! ```text
 //! View::advance      camera, jitter, matrices          -> uniform buffer
+//! ShadowMaps         what lights see, where asked for  -> depth maps
 //! GBufferPass        rasterises the scene              -> GBuffer
 //! Technique::update  what the technique keeps up to date
-//! DirectPass         lights with ray-traced shadows    -> radiance
+//! DirectPass         lights; shadows by rays, maps or cones -> radiance
 //! Technique::shade   indirect light                    -> radiance
 //! CompositePass      emitted + direct + indirect       -> Accumulator
 //! ```
@@ -30,6 +31,7 @@ mod view;
 
 use crate::gpu::{Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
+use crate::shadow::ShadowMaps;
 
 pub use bind_groups::BindGroupCache;
 pub use composite::{Accumulator, CompositePass};
@@ -103,6 +105,9 @@ pub struct FramePasses {
     pub direct: DirectPass,
     /// Sums over frames.
     pub accumulator: Accumulator,
+    /// Drawn before anything else, in the next frame alone if [`Self::shadows_changed`] says so.
+    pub shadow_maps: Option<ShadowMaps>,
+    shadows_are_stale: bool,
     gbuffer_pass: GBufferPass,
     composite: CompositePass,
 }
@@ -122,9 +127,32 @@ impl FramePasses {
             gbuffer: GBuffer::new(gpu, size)?,
             direct: DirectPass::new(gpu, scene, size, direct),
             accumulator: Accumulator::new(gpu, size),
+            shadow_maps: None,
+            shadows_are_stale: true,
             gbuffer_pass: GBufferPass::new(gpu, scene),
             composite: CompositePass::new(gpu, scene),
         })
+    }
+
+    /// Says that lights or triangles have changed: shadow maps are drawn anew in the next frame.
+    pub fn shadows_changed(&mut self) {
+        self.shadows_are_stale = true;
+    }
+
+    /// Records what comes before the picture: shadow maps if they are stale, and the technique's update.
+    ///
+    /// # Errors
+    /// Those of [`Technique::update`].
+    pub fn update<T: Technique>(
+        &mut self,
+        frame: &mut Frame,
+        technique: &mut T,
+    ) -> Result<(), T::Error> {
+        if let Some(maps) = self.shadow_maps.as_ref().filter(|_| self.shadows_are_stale) {
+            maps.record(frame);
+        }
+        self.shadows_are_stale = false;
+        technique.update(frame)
     }
 
     /// Records one frame and adds it to the accumulator.
@@ -140,7 +168,7 @@ impl FramePasses {
         frame: &mut Frame,
         technique: &mut T,
     ) -> Result<(), T::Error> {
-        technique.update(frame)?;
+        self.update(frame, technique)?;
         self.gbuffer_pass.record(frame, &self.gbuffer);
         self.direct.record(frame, &self.gbuffer);
         let indirect = technique.shade(frame, &self.gbuffer);

@@ -8,7 +8,7 @@ mod sky;
 
 use crate::bindings::baseline::kernels::frame::gbuffer as raster_seam;
 use crate::bindings::baseline::kernels::reference::path_trace as seam;
-use crate::bindings::host::scene::SceneInfo;
+use crate::bindings::host::scene::{Light, SceneInfo};
 use crate::bindings::ray_query::kernels::reference::path_trace as ray_query_seam;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::{Scene, Sky};
@@ -78,6 +78,7 @@ pub struct GpuScene {
     textured: bool,
     brightest: f32,
     punctual_peaks: Vec<LightPeak>,
+    punctual_lights: Vec<Light>,
     drawn_peak: LightPeak,
     drawn_extended_peak: LightPeak,
     // An acceleration structure must outlive its use; the bind group holds the buffers.
@@ -234,6 +235,7 @@ impl GpuScene {
             textured: atlas.n_images() > 0,
             brightest: scene.materials.iter().fold(0.0, |m, v| v.emission.max_element().max(m)),
             punctual_peaks: lights.punctual_peaks().to_vec(),
+            punctual_lights: lights.entries()[..lights.n_punctual as usize].to_vec(),
             drawn_peak: lights.drawn_peak(),
             drawn_extended_peak: lights.drawn_extended_peak(),
             _acceleration: acceleration,
@@ -310,6 +312,11 @@ impl GpuScene {
     /// their order.
     pub fn n_extended_lights(&self) -> u32 {
         self.info.n_hittable_lights
+    }
+
+    /// The lights without extent as kernels have them, in the scene's order.
+    pub(crate) fn punctual_lights(&self) -> &[Light] {
+        &self.punctual_lights
     }
 
     /// The most that each light without extent sends anywhere, in the scene's order.

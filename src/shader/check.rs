@@ -39,6 +39,7 @@ const UNTEXTURED_KERNELS: &[&str] = &[
     "frame/composite",
     "frame/direct",
     "frame/gbuffer",
+    "shadow/depth",
     "rays/nearest_hit",
     "rays/any_hit",
     "reference/path_trace",
@@ -46,6 +47,9 @@ const UNTEXTURED_KERNELS: &[&str] = &[
     "voxel_rt/gather",
     "voxel_rt/inject",
 ];
+
+/// Kernels that ask how much of a light is seen, by shadow maps.
+const SHADOW_MAP_KERNELS: &[&str] = &["frame/direct", "voxel_rt/gather"];
 
 /// Kernels that read or make prefiltered voxels.
 const PYRAMID_KERNELS: &[&str] = &[
@@ -65,6 +69,8 @@ pub const VARIANTS: &[Variant] = &[
         capabilities: BASELINE.union(Capabilities::RAY_QUERY),
         kernels: Some(SCENE_KERNELS),
     },
+    Variant { name: "shadow_map", capabilities: BASELINE, kernels: Some(SHADOW_MAP_KERNELS) },
+    Variant { name: "cone_shadow", capabilities: BASELINE, kernels: Some(&["frame/direct"]) },
     Variant { name: "pyramid_buffer", capabilities: BASELINE, kernels: Some(PYRAMID_KERNELS) },
 ];
 

@@ -112,11 +112,10 @@ impl PrefilterPass {
             for mip in 1..of_layout.levels[level as usize].n_mips {
                 let info = prefilter::PrefilterInfo { level, mip, reserved_a: 0, reserved_b: 0 };
                 let info = uniform(gpu, label, bytemuck::bytes_of(&info));
-                let entries = prefilter::WgpuBindGroup1Entries::new(
-                    prefilter::WgpuBindGroup1EntriesParams {
+                let entries =
+                    prefilter::WgpuBindGroup1Entries::new(prefilter::WgpuBindGroup1EntriesParams {
                         info: info.as_entire_buffer_binding(),
-                    },
-                );
+                    });
                 let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                     label: Some(label),
                     layout: &layout,

@@ -24,6 +24,7 @@ mod trace;
 use crate::frame::{Frame, GBuffer, Technique};
 use crate::gpu::{Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
+use crate::shadow::{ShadowBinding, ShadowError, ShadowMaps};
 use crate::voxel::{Resolution, VoxelAttributes, VoxelError, VoxelGrid};
 use crate::voxel_rt::{
     Bounces, CacheBuffers, Change, PublishInfo, PublishPass, VoxelRt, VoxelRtError, VoxelRtSettings,
@@ -35,9 +36,7 @@ use shade::ShadePass;
 
 pub use fill::PrefilterPass;
 pub use pyramid::{Pyramid, PyramidLayout, PyramidLevel, PyramidMip};
-pub use settings::{
-    ConeStepping, FaceWeights, PyramidStorage, Specular, VoxelConeSettings,
-};
+pub use settings::{ConeStepping, FaceWeights, PyramidStorage, Specular, VoxelConeSettings};
 pub use trace::{Cone, ConeResult, TracePass};
 
 /// `voxel-cone` could not be set up, or a frame not be recorded.
@@ -92,6 +91,31 @@ impl VoxelCone {
         settings: VoxelConeSettings,
         eye: Vec3,
     ) -> Result<Self, VoxelConeError> {
+        Self::make(gpu, scene, settings, None, eye)
+    }
+
+    /// As [`Self::new`], with shadow maps in the place of rays for the direct light of voxels. The maps are drawn
+    /// ahead of the technique's update ([`FramePasses::shadow_maps`](crate::frame::FramePasses)).
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_shadow_maps(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        settings: VoxelConeSettings,
+        maps: &ShadowMaps,
+        eye: Vec3,
+    ) -> Result<Self, VoxelConeError> {
+        Self::make(gpu, scene, settings, Some(maps), eye)
+    }
+
+    fn make(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        settings: VoxelConeSettings,
+        shadows: Option<&ShadowMaps>,
+        eye: Vec3,
+    ) -> Result<Self, VoxelConeError> {
         settings.check()?;
         let longest = match settings.resolution {
             Resolution::Longest(n) => n,
@@ -106,7 +130,7 @@ impl VoxelCone {
             seed: settings.seed,
             ..VoxelRtSettings::default()
         };
-        let light = VoxelRt::for_others(gpu, scene, of_voxels, settings.resolution, eye)?;
+        let light = VoxelRt::for_others(gpu, scene, of_voxels, settings.resolution, shadows, eye)?;
         let attributes = light
             .voxelizers()
             .map(|voxelizer| VoxelAttributes::new(gpu, scene, voxelizer))
@@ -141,6 +165,18 @@ impl VoxelCone {
     /// What is kept of the voxels between frames.
     pub fn buffers(&self) -> &CacheBuffers {
         self.light.buffers()
+    }
+
+    /// Shadows by cones through the voxels, for [`DirectPass::with_shadows`](crate::frame::DirectPass).
+    ///
+    /// # Errors
+    /// [`ShadowError::Buffers`]: the voxels are not in textures.
+    pub fn cone_shadows(&self, gpu: &Gpu) -> Result<ShadowBinding, ShadowError> {
+        if self.settings.storage == PyramidStorage::Buffers {
+            return Err(ShadowError::Buffers);
+        }
+        let (layout, group) = self.pyramid.reading(gpu);
+        Ok(ShadowBinding { variant: "cone_shadow", layout, group })
     }
 
     /// The prefiltered voxels.

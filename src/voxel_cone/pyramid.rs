@@ -16,7 +16,8 @@ pub use wgsl::{PyramidLayout, PyramidLevel, PyramidMip};
 const TEXEL_BYTES: u64 = 8;
 
 /// Said where a volume is too large.
-const ADVICE: &str = "use fewer cells, fewer levels, an isotropic grid, or textures in the place of buffers";
+const ADVICE: &str =
+    "use fewer cells, fewer levels, an isotropic grid, or textures in the place of buffers";
 
 /// Levels, mips and faces of voxels in three volumes; layout in `wgsl/cone/pyramid.wgsl`.
 ///
@@ -272,7 +273,9 @@ impl Pyramid {
             for z in 0..entry.size.z {
                 for y in 0..entry.size.y {
                     let row: Vec<[u16; 4]> = (0..entry.size.x)
-                        .map(|x| texel(UVec3::new(x, y, z), face).map(|v| f16::from_f32(v).to_bits()))
+                        .map(|x| {
+                            texel(UVec3::new(x, y, z), face).map(|v| f16::from_f32(v).to_bits())
+                        })
                         .collect();
                     let place = entry.first + UVec3::new(0, y, z + face * entry.stride);
                     let bytes: &[u8] = bytemuck::cast_slice(&row);
@@ -298,11 +301,7 @@ impl Pyramid {
                         ),
                         Volumes::Buffers(buffers) => {
                             let ix = (place.z * size.y + place.y) * size.x + place.x;
-                            gpu.queue.write_buffer(
-                                &buffers[0],
-                                u64::from(ix) * TEXEL_BYTES,
-                                bytes,
-                            );
+                            gpu.queue.write_buffer(&buffers[0], u64::from(ix) * TEXEL_BYTES, bytes);
                         }
                     }
                 }
@@ -321,11 +320,7 @@ fn textures(gpu: &Gpu, sizes: [UVec3; 3]) -> Result<Volumes, GpuError> {
         }
         textures.push(gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("prefiltered voxels"),
-            size: wgpu::Extent3d {
-                width: size.x,
-                height: size.y,
-                depth_or_array_layers: size.z,
-            },
+            size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: size.z },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D3,

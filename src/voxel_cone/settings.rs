@@ -135,9 +135,8 @@ impl VoxelConeSettings {
         let demand = |is_right: bool, name, value: String, possible| {
             if is_right { Ok(()) } else { Err(VoxelConeError::Setting { name, value, possible }) }
         };
-        let set = |name, n: u32| {
-            demand(CONE_SETS.contains(&n), name, n.to_string(), "5, 6, 9 or 16")
-        };
+        let set =
+            |name, n: u32| demand(CONE_SETS.contains(&n), name, n.to_string(), "5, 6, 9 or 16");
         set("n_cones", self.n_cones)?;
         set("n_bounce_cones", self.n_bounce_cones)?;
         let within = |name, value: f32, range: std::ops::RangeInclusive<f32>, possible| {

@@ -93,7 +93,14 @@ impl ShadePass {
         let uniform = frame.view.uniform();
         let group = self.groups.get(
             &[uniform],
-            &[&gbuffer.albedo, &gbuffer.normals, &gbuffer.emission, &gbuffer.depth, occlusion, &target],
+            &[
+                &gbuffer.albedo,
+                &gbuffer.normals,
+                &gbuffer.emission,
+                &gbuffer.depth,
+                occlusion,
+                &target,
+            ],
             || {
                 let entries =
                     kernel::WgpuBindGroup1Entries::new(kernel::WgpuBindGroup1EntriesParams {

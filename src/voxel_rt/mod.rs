@@ -29,6 +29,7 @@ use crate::bindings::baseline::lucerna::voxel::levels::{VoxelLevel, VoxelLevels}
 use crate::frame::{Frame, GBuffer, Technique};
 use crate::gpu::{Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
+use crate::shadow::ShadowMaps;
 use crate::voxel::{
     BRICK, MAX_BINDING, RECORD_GROUPS_OFFSET, Resolution, Triangles, VOXEL_GROUPS_OFFSET,
     VoxelError, VoxelGrid, Voxelizer, grid_for_bounds, n_bricks,
@@ -201,14 +202,20 @@ impl VoxelRt {
     /// Voxels with their direct light, for a technique that renews reflected light itself:
     /// [`renew`](Self::renew) leaves `indirect` and `feedback` of [`FaceLight`] as they are, and makes
     /// [`CacheBuffers::reflected`] of direct light and feedback (of direct light alone if bounces are counted).
+    ///
+    /// `shadows`: for direct light, in the place of rays; drawn ahead of it.
     pub(crate) fn for_others(
         gpu: &Gpu,
         scene: &GpuScene,
         settings: VoxelRtSettings,
         resolution: Resolution,
+        shadows: Option<&ShadowMaps>,
         eye: Vec3,
     ) -> Result<Self, VoxelRtError> {
-        let made = Self::with_resolution(gpu, scene, settings, resolution, eye)?;
+        let mut made = Self::with_resolution(gpu, scene, settings, resolution, eye)?;
+        if let Some(maps) = shadows {
+            made.gather = GatherPass::with_shadow_maps(gpu, scene, &made.buffers, maps);
+        }
         Ok(Self { reflects_elsewhere: true, ..made })
     }
 

@@ -90,7 +90,13 @@ pub fn look_down(height: f32, half: f32) -> Camera {
 }
 
 pub fn settings(width: u32, height: u32, n_bounces: u32) -> ReferenceSettings {
-    ReferenceSettings { size: UVec2::new(width, height), n_bounces, seed: 0, irradiance: false, occlusion_distance: 0.0 }
+    ReferenceSettings {
+        size: UVec2::new(width, height),
+        n_bounces,
+        seed: 0,
+        irradiance: false,
+        occlusion_distance: 0.0,
+    }
 }
 
 /// Lambertian reading of every material.

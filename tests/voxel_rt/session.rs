@@ -52,8 +52,7 @@ impl Session {
 
     /// The next frames; returns the sums of their pixels.
     pub fn run(&mut self, scene: &GpuScene, n_frames: u32) -> Vec<PixelSums> {
-        let settings =
-            ViewSettings { n_accumulated: n_frames, ..ViewSettings::default() };
+        let settings = ViewSettings { n_accumulated: n_frames, ..ViewSettings::default() };
         self.passes.accumulator.reset();
         for _ in 0..n_frames {
             self.view.advance(gpu(), scene, &self.camera, &settings);

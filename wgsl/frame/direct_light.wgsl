@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Direct light on the surface in a pixel: light that arrives straight from a light, an emissive
-//! surface or the sky, and is reflected towards the camera. Shadows are rays.
+//! surface or the sky, and is reflected towards the camera. Shadows are what `host::visibility` has: rays.
 //!
 //! L = Σ f·cosθ·E over point, spot and directional lights, exactly, as long as there are no more than
 //! [`MAX_EXACT_LIGHTS`]; and for all others an estimate by multiple importance sampling (E. Veach,
@@ -18,12 +18,13 @@
 #import lucerna::bsdf::scattering::{Scattering, evaluate_scattering, scattering_pdf, scatter}
 #import lucerna::frame::gbuffer::GBufferSurface
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::host::lights::{LightSample, ray_to_light, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
+#import lucerna::host::lights::{LightSample, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
 #import lucerna::host::lights::{sample_hittable_light, pdf_of_hittable_emitter, pdf_of_hittable_sky}
 #import lucerna::host::lights::{n_punctual_lights, punctual_light}
-#import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
+#import lucerna::host::rays::{Ray, nearest_hit, hit_is_miss}
 #import lucerna::host::sky::sky_radiance
 #import lucerna::host::surface::{surface_at, seen_from}
+#import lucerna::host::visibility::light_visibility
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen
@@ -103,16 +104,17 @@ fn direct_light(
         if !any(reflected > vec3<f32>(0.0)) {
             continue;
         }
-        let origin = offset_ray_origin(
+        let visible = light_visibility(
+            light,
             surface.position,
             surface.position_error,
             surface.geometric_normal,
-            light.direction,
+            select(0.0, 1.0 / (light.pdf * light_share), light.pdf > 0.0),
         );
-        if !any_hit(ray_to_light(light, origin)) {
+        if visible > 0.0 {
             let pdf = scattering_pdf(scattering, to_light);
             let weight = power_heuristic(light.pdf * light_share, pdf * bsdf_share);
-            sum += reflected * select(weight, 1.0, light.pdf == 0.0);
+            sum += visible * reflected * select(weight, 1.0, light.pdf == 0.0);
         }
     }
 

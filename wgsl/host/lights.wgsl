@@ -31,6 +31,8 @@ struct LightSample {
     pdf: f32,
     /// What arrives, divided by the density: `f · cosine · weight` estimates reflected radiance.
     weight: vec3<f32>,
+    /// Which of the punctual lights it is, NONE of others.
+    ix: u32,
 }
 
 /// The ray that tells whether the light is hidden, if it hits anything. `origin`: the lit point, off its
@@ -98,12 +100,12 @@ fn punctual_light(ix: u32, at: vec3<f32>) -> LightSample {
             at,
         );
     }
-    return LightSample(found.to_light, found.distance, lights[ix].position, 0.0, found.normal_irradiance);
+    return LightSample(found.to_light, found.distance, lights[ix].position, 0.0, found.normal_irradiance, ix);
 }
 
 /// Nothing.
 fn no_light(at: vec3<f32>) -> LightSample {
-    return LightSample(vec3<f32>(0.0, 1.0, 0.0), FLOAT_MAX, at, 0.0, vec3<f32>(0.0));
+    return LightSample(vec3<f32>(0.0, 1.0, 0.0), FLOAT_MAX, at, 0.0, vec3<f32>(0.0), NONE);
 }
 
 /// A place on the emissive triangle or the sky that was chosen with `probability`.
@@ -131,7 +133,7 @@ fn sample_emitter(triangle_ix: u32, at: vec3<f32>, u: vec2<f32>, probability: f3
     let b = triangles[triangle_ix].corner_b;
     let c = triangles[triangle_ix].corner_c;
     let drawn = sample_triangle_light(a, b, c, at, u);
-    var out = LightSample(drawn.to_light, drawn.distance, at, drawn.pdf * probability, vec3<f32>(0.0));
+    var out = LightSample(drawn.to_light, drawn.distance, at, drawn.pdf * probability, vec3<f32>(0.0), NONE);
     let is_masked = (triangles[triangle_ix].flags & TRIANGLE_ALPHA_TESTED) != 0u;
     if is_masked && is_cut_away(triangle_ix, drawn.barycentrics) {
         return out;

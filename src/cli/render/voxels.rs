@@ -6,8 +6,8 @@ use lucerna::blocking::read_buffer;
 use lucerna::gpu::Gpu;
 use lucerna::voxel::{MAX_SIZE, Resolution};
 use lucerna::voxel_rt::{
-    Bounces, CacheBuffers, DirectLight, Lookup, RaysInjected, RejectedSamples, VoxelRt, VoxelRtSettings,
-    WriteStrategy,
+    Bounces, CacheBuffers, DirectLight, Lookup, RaysInjected, RejectedSamples, VoxelRt,
+    VoxelRtSettings, WriteStrategy,
 };
 
 /// What only the voxel techniques look at.

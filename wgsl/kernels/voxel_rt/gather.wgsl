@@ -18,10 +18,11 @@
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
 #import lucerna::fields::voxel_light::{LOOKUP_VALID, irradiance_at, levels, structure}
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::host::lights::{pdf_of_emitter, pdf_of_sky, ray_to_light, sample_light}
-#import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
+#import lucerna::host::lights::{pdf_of_emitter, pdf_of_sky, sample_light}
+#import lucerna::host::rays::{Ray, nearest_hit, hit_is_miss}
 #import lucerna::host::sky::sky_radiance
 #import lucerna::host::surface::{Surface, seen_from, surface_at}
+#import lucerna::host::visibility::light_visibility
 #import lucerna::math::constants::{FLOAT_MAX, INV_PI, PI}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::float::all_finite
@@ -220,10 +221,17 @@ fn drawn_light(surface: Surface, u: vec4<f32>) -> vec3<f32> {
     if is_below || !any(irradiance > vec3<f32>(0.0)) {
         return select(irradiance, vec3<f32>(0.0), all_finite(irradiance));
     }
-    if any_hit(ray_to_light(light, leave(surface, light.direction))) {
+    let visible = light_visibility(
+        light,
+        surface.position,
+        surface.position_error,
+        surface.geometric_normal,
+        select(0.0, 1.0 / light.pdf, light.pdf > 0.0),
+    );
+    if visible == 0.0 {
         return vec3<f32>(0.0);
     }
-    return irradiance * select(power_heuristic(light.pdf, cosine * INV_PI), 1.0, light.pdf == 0.0);
+    return visible * irradiance * select(power_heuristic(light.pdf, cosine * INV_PI), 1.0, light.pdf == 0.0);
 }
 
 /// The share of the irradiance on a surface that it reflects towards a direction, as π · radiance / irradiance.

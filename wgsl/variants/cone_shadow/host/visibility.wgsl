@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Host seam: how much of a light a surface point sees, by a cone through prefiltered voxels: soft shadows of lights with
+//! extent from few samples (C. Crassin et al., "Interactive Indirect Illumination Using Voxel Cone Tracing", 2011, §5).
+//!
+//! Interface: `light_visibility`.
+#define_import_path lucerna::host::visibility
+
+#import lucerna::cone::march::{Cone, ConeSettings, cells_across, spread_of_solid_angle}
+#import lucerna::fields::cone_trace::{finest_cell, trace_cone}
+#import lucerna::host::lights::LightSample
+
+/// How cones towards lights are followed: fine steps, for a shadow's edge is seen.
+const SHADOW_STEPPING: ConeSettings = ConeSettings(0.5, 0.0, 0.95, 1.5);
+/// Cones end so many cells before the light, whose own voxels would hide it.
+const END_CELLS: f32 = 2.0;
+/// tan of half the aperture at least: of lights without extent.
+const MIN_SPREAD: f32 = 0.01;
+
+/// Share of what a light sends that arrives, in [0, 1]. `position_error` is not needed: cones begin farther off.
+fn light_visibility(
+    light: LightSample,
+    position: vec3<f32>,
+    position_error: vec3<f32>,
+    normal: vec3<f32>,
+    solid_angle: f32,
+) -> f32 {
+    let cell = finest_cell(position);
+    let spread = max(spread_of_solid_angle(solid_angle), MIN_SPREAD);
+    let offset = SHADOW_STEPPING.start_cells * cell * cells_across(normal);
+    let reach = max(light.distance - END_CELLS * cell, 0.0);
+    let cone = Cone(position, spread, light.direction, reach, normal, offset);
+    return trace_cone(cone, SHADOW_STEPPING, 0.0).transmittance;
+}
