@@ -4,13 +4,24 @@ use crate::bindings::baseline::lucerna::math::dispatch::DISPATCH_ROW;
 use crate::gpu::{Gpu, GpuError};
 use crate::modules::shader_module;
 
-/// A kernel's only entry point as a pipeline. `layouts`: of groups 0 on; None where the kernel asks
-/// nothing of the host seam.
+/// A kernel's only entry point as a pipeline; see [`entry_pipeline`].
 pub(crate) fn compute_pipeline(
     gpu: &Gpu,
     name: &'static str,
     variant: &'static str,
     layouts: &[Option<&wgpu::BindGroupLayout>],
+) -> wgpu::ComputePipeline {
+    entry_pipeline(gpu, name, variant, layouts, None)
+}
+
+/// An entry point of a kernel as a pipeline; None: its only one. `layouts`: of groups 0 on; None where the kernel asks
+/// nothing of the host seam.
+pub(crate) fn entry_pipeline(
+    gpu: &Gpu,
+    name: &'static str,
+    variant: &'static str,
+    layouts: &[Option<&wgpu::BindGroupLayout>],
+    entry_point: Option<&str>,
 ) -> wgpu::ComputePipeline {
     let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(name),
@@ -21,7 +32,7 @@ pub(crate) fn compute_pipeline(
         label: Some(name),
         layout: Some(&layout),
         module: &shader_module(gpu, name, variant),
-        entry_point: None,
+        entry_point,
         compilation_options: Default::default(),
         cache: None,
     })

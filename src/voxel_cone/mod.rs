@@ -16,6 +16,7 @@
 
 mod bounce;
 mod fill;
+mod occlusion;
 mod pyramid;
 mod settings;
 mod shade;
@@ -32,6 +33,7 @@ use crate::voxel_rt::{
 use bounce::BouncePass;
 use fill::FillPass;
 use glam::Vec3;
+use occlusion::OcclusionPass;
 use shade::ShadePass;
 
 pub use fill::PrefilterPass;
@@ -75,6 +77,7 @@ pub struct VoxelCone {
     bounce: BouncePass,
     /// Of counted bounces: direct light and what was reflected so far.
     publish: PublishPass,
+    occlusion: Option<OcclusionPass>,
     shade: ShadePass,
 }
 
@@ -139,12 +142,20 @@ impl VoxelCone {
         let squared = settings.face_weights == FaceWeights::Squared;
         let pyramid = Pyramid::new(gpu, &grids, settings.storage, squared)?;
         let buffers = light.buffers();
+        // Nothing mirrors where everything is Lambert.
+        let mirrors = settings.specular != Specular::Off && !scene.is_diffuse_only();
+        let settings = VoxelConeSettings {
+            occludes_specular: settings.occludes_specular && mirrors,
+            ..settings
+        };
+        let occlusion = OcclusionPass::new(gpu, &settings);
         Ok(Self {
             fill: FillPass::new(gpu, &pyramid, buffers, &attributes, &settings, false),
             prefilter: PrefilterPass::new(gpu, &pyramid),
             bounce: BouncePass::new(gpu, &pyramid, buffers, &attributes),
             publish: PublishPass::new(gpu, buffers),
-            shade: ShadePass::new(gpu, &pyramid, &settings, false),
+            shade: ShadePass::new(gpu, &pyramid, &settings, occlusion.is_some()),
+            occlusion,
             settings,
             attributes,
             pyramid,
@@ -253,6 +264,9 @@ impl Technique for VoxelCone {
     }
 
     fn shade(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> Option<wgpu::TextureView> {
-        Some(self.shade.record(frame, gbuffer, None))
+        let cell = self.light.grid(0).cell;
+        let occlusion =
+            self.occlusion.as_mut().map(|occlusion| occlusion.record(frame, gbuffer, cell));
+        Some(self.shade.record(frame, gbuffer, occlusion.as_ref()))
     }
 }

@@ -93,6 +93,10 @@ pub struct VoxelConeSettings {
     pub face_weights: FaceWeights,
     /// What glossy surfaces mirror.
     pub specular: Specular,
+    /// Attenuate what is mirrored by what stands close by in the picture (screen-space specular occlusion).
+    pub occludes_specular: bool,
+    /// Attenuate diffuse light by what stands close by in the picture, at a quarter of its pixels.
+    pub occludes_diffuse: bool,
     /// Voxels without a surface that looks a face's way take the mean of neighbours that have.
     pub fills_gaps: bool,
     /// Single-sided surfaces hide what is behind them from behind, too. Else cones pass through their backs,
@@ -118,6 +122,8 @@ impl Default for VoxelConeSettings {
             stepping: ConeStepping::default(),
             face_weights: FaceWeights::Projected,
             specular: Specular::Roughness,
+            occludes_specular: true,
+            occludes_diffuse: false,
             fills_gaps: false,
             opaque_backs: false,
             storage: PyramidStorage::Textures,

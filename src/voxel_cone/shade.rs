@@ -9,6 +9,14 @@ use crate::pass::compute_pipeline;
 use glam::UVec2;
 use wgpu::util::DeviceExt;
 
+/// tan of half the mirror cone's aperture; 0: from the roughness.
+pub(super) fn specular_spread(specular: Specular) -> f32 {
+    match specular {
+        Specular::Fixed(degrees) => (0.5 * degrees).to_radians().tan(),
+        Specular::Off | Specular::Roughness => 0.0,
+    }
+}
+
 /// A texture for shares of what is open: `rgba8unorm`.
 pub(super) fn openness_target(gpu: &Gpu, label: &str, size: UVec2) -> wgpu::TextureView {
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -49,10 +57,7 @@ impl ShadePass {
             cones: settings.stepping.into(),
             n_cones: settings.n_cones,
             has_specular: u32::from(settings.specular != Specular::Off),
-            specular_spread: match settings.specular {
-                Specular::Fixed(degrees) => (0.5 * degrees).to_radians().tan(),
-                Specular::Off | Specular::Roughness => 0.0,
-            },
+            specular_spread: specular_spread(settings.specular),
             has_occlusion: u32::from(occluded),
         };
         let info = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {

@@ -40,6 +40,12 @@ pub struct ConeArguments {
     /// What glossy surfaces mirror: `roughness`, `off`, or a fixed aperture in degrees (10: the source's).
     #[arg(long, value_name = "APERTURE", default_value = "roughness", value_parser = parse_specular)]
     specular: Specular,
+    /// Leave out screen-space specular occlusion.
+    #[arg(long)]
+    no_specular_occlusion: bool,
+    /// Attenuate diffuse light by what stands close by in the picture, at a quarter of its pixels.
+    #[arg(long)]
+    diffuse_occlusion: bool,
     /// Give voxels' faces without a surface the mean of their neighbours.
     #[arg(long)]
     fill_gaps: bool,
@@ -104,6 +110,8 @@ impl ConeArguments {
             },
             specular: self.specular,
             opaque_backs: self.opaque_backs,
+            occludes_specular: !self.no_specular_occlusion,
+            occludes_diffuse: self.diffuse_occlusion,
             fills_gaps: self.fill_gaps,
             storage: if self.pyramid_buffers {
                 PyramidStorage::Buffers

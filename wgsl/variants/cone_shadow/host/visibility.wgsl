@@ -11,8 +11,9 @@
 
 /// How cones towards lights are followed: fine steps, for a shadow's edge is seen.
 const SHADOW_STEPPING: ConeSettings = ConeSettings(0.5, 0.0, 0.95, 1.5);
-/// Cones end so many cells before the light, whose own voxels would hide it.
+/// Cones end so many cells, and so many of their widths, before the light, whose own voxels would hide it.
 const END_CELLS: f32 = 2.0;
+const END_WIDTHS: f32 = 1.5;
 /// tan of half the aperture at least: of lights without extent.
 const MIN_SPREAD: f32 = 0.01;
 
@@ -27,7 +28,7 @@ fn light_visibility(
     let cell = finest_cell(position);
     let spread = max(spread_of_solid_angle(solid_angle), MIN_SPREAD);
     let offset = SHADOW_STEPPING.start_cells * cell * cells_across(normal);
-    let reach = max(light.distance - END_CELLS * cell, 0.0);
+    let reach = max(light.distance - END_CELLS * cell, 0.0) / (1.0 + END_WIDTHS * 2.0 * spread);
     let cone = Cone(position, spread, light.direction, reach, normal, offset);
     return trace_cone(cone, SHADOW_STEPPING, 0.0).transmittance;
 }

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Weights of neighbouring pixels by how alike their surfaces are: for filtering and upscaling that keep edges.
+//!
+//! J. Kopf, M. Cohen, D. Lischinski, M. Uyttendaele, "Joint Bilateral Upsampling", SIGGRAPH 2007.
+#define_import_path lucerna::frame::upscale
+
+/// Distance off the plane, in shares of the depth, at which a neighbour counts e⁻¹.
+const PLANE_SCALE: f32 = 0.01;
+/// Power of the cosine between normals.
+const NORMAL_POWER: f32 = 16.0;
+
+/// Weight of a neighbour, in [0, 1]: 1 on the same plane, falling with its distance off the plane and with the angle
+/// between the normals.
+///
+/// `offset`: from the surface point to the neighbour's [m]; `depth`: of the point [m]; normals: unit length.
+fn surface_weight(offset: vec3<f32>, depth: f32, normal: vec3<f32>, other_normal: vec3<f32>) -> f32 {
+    let off_plane = abs(dot(offset, normal)) / (PLANE_SCALE * depth);
+    let alike = pow(max(dot(normal, other_normal), 0.0), NORMAL_POWER);
+    return exp(-off_plane) * alike;
+}
+
+/// Gaussian weight of a pixel `offset` away, of standard deviation `sigma` [pixels].
+fn gaussian_weight(offset: vec2<f32>, sigma: f32) -> f32 {
+    return exp(-0.5 * dot(offset, offset) / (sigma * sigma));
+}
