@@ -128,10 +128,14 @@ impl PrefilterPass {
     }
 
     /// Records all mips, each from the one below.
-    pub fn record(&self, frame: &mut Frame) {
-        let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+    pub fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamps: Option<wgpu::ComputePassTimestampWrites>,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("voxel_cone/prefilter"),
-            timestamp_writes: frame.timers.as_mut().and_then(|t| t.compute("voxel_cone/prefilter")),
+            timestamp_writes: timestamps,
         });
         pass.set_pipeline(&self.pipeline);
         for (mip, size, group) in &self.mips {

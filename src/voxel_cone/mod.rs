@@ -239,7 +239,8 @@ impl VoxelCone {
     /// Brings the light of faces into the pyramid.
     fn build(&self, frame: &mut Frame) {
         self.fill.record(frame);
-        self.prefilter.record(frame);
+        let written = frame.timers.as_mut().and_then(|t| t.compute("voxel_cone/prefilter"));
+        self.prefilter.record(frame.encoder, written);
     }
 
     /// Adds what was reflected so far to what the pyramid is made of.

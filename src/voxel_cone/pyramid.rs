@@ -126,6 +126,23 @@ impl Pyramid {
         &self.layout
     }
 
+    /// A volume (0: all mips 0, 1: those of odd number, 2: the other even ones) as a texture, `rgba16float` with
+    /// `COPY_SRC`; None if it is a buffer.
+    pub fn texture(&self, volume: usize) -> Option<&wgpu::Texture> {
+        match &self.volumes {
+            Volumes::Textures { textures, .. } => Some(&textures[volume]),
+            Volumes::Buffers(_) => None,
+        }
+    }
+
+    /// The same as a buffer of as many texels, x fastest, with `COPY_SRC`; None if it is a texture.
+    pub fn buffer(&self, volume: usize) -> Option<&wgpu::Buffer> {
+        match &self.volumes {
+            Volumes::Textures { .. } => None,
+            Volumes::Buffers(buffers) => Some(&buffers[volume]),
+        }
+    }
+
     /// Bytes of the three volumes.
     pub fn bytes(&self) -> u64 {
         [self.layout.volume_base, self.layout.volume_odd, self.layout.volume_even]

@@ -2,6 +2,7 @@
 
 mod bsdf;
 mod color;
+mod cone;
 mod geometry;
 mod harness;
 mod light;

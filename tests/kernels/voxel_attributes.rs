@@ -102,6 +102,7 @@ fn clip_area_matches_f64() {
 #[derive(Clone, Copy, Debug)]
 struct Face {
     valid: bool,
+    is_back: bool,
     albedo: DVec3,
     normal: DVec3,
     emission: DVec3,
@@ -117,7 +118,8 @@ fn decode(record: UVec4) -> Face {
     let fold = |a: f64| a - (-z).max(0.0) * if a >= 0.0 { 1.0 } else { -1.0 };
     let scale = 2f64.powi((record.z >> 27) as i32 - 24);
     Face {
-        valid: record.x >> 30 == 1,
+        valid: record.x >> 30 & 1 == 1,
+        is_back: record.x >> 31 == 1,
         albedo: DVec3::new(bits(record.x, 0, 10), bits(record.x, 10, 10), bits(record.x, 20, 10))
             / 1023.0,
         normal: DVec3::new(fold(x), fold(y), z).normalize(),
@@ -402,6 +404,7 @@ fn one_sheet_has_two_faces() {
                 assert!(found.valid, "{what}");
                 assert_eq!(found.normal, if up { DVec3::Y } else { -DVec3::Y }, "{what}");
                 assert!((found.albedo - DVec3::new(0.5, 0.25, 1.0)).length() < 1e-3, "{what}");
+                assert_eq!(found.is_back, !up && !double_sided, "{what}");
                 let shines = up || double_sided;
                 let emission = if shines { DVec3::new(2.0, 4.0, 1.0) } else { DVec3::ZERO };
                 assert!((found.emission - emission).length() < 0.01, "{what}");

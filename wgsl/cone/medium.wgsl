@@ -48,13 +48,16 @@ fn depth_of_opacity(opacity: f32) -> f32 {
     return min(-log(max(1.0 - opacity, 1e-30)), OPAQUE_DEPTH);
 }
 
+/// 1 − e^(−τ) of a depth ≥ 0, to 4e-6 of itself.
+fn absorbed(depth: f32) -> f32 {
+    // The difference has no digits where τ is small; there, the series to τ³.
+    let series = depth * (1.0 - depth * (0.5 - depth / 6.0));
+    return select(1.0 - exp(-depth), series, depth < 0.02);
+}
+
 /// Opacity of a depth ≥ 0; OPAQUE_DEPTH is 1 exactly.
 fn opacity_of_depth(depth: f32) -> f32 {
-    if depth >= OPAQUE_DEPTH {
-        return 1.0;
-    }
-    // 1 − e^(−τ) has no digits where τ is small.
-    return select(1.0 - exp(-depth), depth * (1.0 - 0.5 * depth), depth < 1e-3);
+    return select(absorbed(depth), 1.0, depth >= OPAQUE_DEPTH);
 }
 
 /// What a texel holds: rgb τ·L, a τ. `radiance`: of the surfaces [W·sr⁻¹·m⁻²], not negative; what 16-bit
@@ -84,7 +87,7 @@ fn texel_of_premultiplied(color: vec4<f32>) -> vec4<f32> {
 /// Adds the next `length` [m] of the way.
 fn add_medium(light: MediumLight, medium: Medium, length: f32) -> MediumLight {
     let depth = medium.extinction * length;
-    let opacity = select(1.0 - exp(-depth), depth * (1.0 - 0.5 * depth), depth < 1e-3);
+    let opacity = absorbed(depth);
     // ε/σ · opacity, and ε · length as σ goes to 0.
     let seen = select(medium.emission * length, medium.emission * (opacity / medium.extinction), depth > 1e-6);
     return MediumLight(

@@ -10,7 +10,7 @@
 #import lucerna::host::lights::LightSample
 
 /// How cones towards lights are followed: fine steps, for a shadow's edge is seen.
-const SHADOW_STEPPING: ConeSettings = ConeSettings(0.5, 0.0, 0.95, 1.5);
+const SHADOW_STEPPING: ConeSettings = ConeSettings(0.5, -0.4, 0.95, 1.5);
 /// Cones end so many cells, and so many of their widths, before the light, whose own voxels would hide it.
 const END_CELLS: f32 = 2.0;
 const END_WIDTHS: f32 = 1.5;
