@@ -6,6 +6,7 @@ mod gbuffer;
 #[allow(dead_code)]
 #[path = "../kernels/harness.rs"]
 mod harness;
+mod shadows;
 #[allow(dead_code)]
 #[path = "../reference/support.rs"]
 mod support;
