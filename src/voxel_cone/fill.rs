@@ -62,6 +62,7 @@ impl FillPass {
                     structure: buffers.structure.as_entire_buffer_binding(),
                     records: attributes.records().as_entire_buffer_binding(),
                     irradiance: buffers.reflected.as_entire_buffer_binding(),
+                    lights: buffers.lights.as_entire_buffer_binding(),
                 });
                 let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                     label: Some(label),

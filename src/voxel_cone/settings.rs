@@ -98,7 +98,7 @@ pub struct VoxelConeSettings {
     pub occludes_specular: bool,
     /// Attenuate diffuse light by what stands close by in the picture, at a quarter of its pixels.
     pub occludes_diffuse: bool,
-    /// Voxels without a surface that looks a face's way take the mean of neighbours that have.
+    /// Cells without a surface that looks a face's way take the mean of two opposite neighbours beside it that have.
     pub fills_gaps: bool,
     /// Single-sided surfaces hide what is behind them from behind, too. Else cones pass through their backs,
     /// as glTF's `doubleSided` allows; then they do not darken what stands beside a wall.

@@ -2,8 +2,9 @@
 
 use crate::furnace::EMISSION;
 use crate::harness::{gpu, read};
+use crate::leaks::{Between, dark_over_lit, divided_room};
 use crate::session::{Session, camera, upload};
-use crate::support::{lambert, quad, room, scene};
+use crate::support::{lambert, room, scene};
 use glam::{Affine3A, Vec3, Vec4};
 use lucerna::reference::Channel;
 use lucerna::scene::{Light, Material, Scene};
@@ -114,7 +115,7 @@ fn a_scene_outside_the_grid_is_dark() {
         position.x += 50.0;
     }
     let (inside, outside) = (upload(&inside), upload(&outside));
-    let n_voxels = |session: &Session| {
+    let n_voxels = |session: &Session<VoxelRt>| {
         let counts = &session.technique.buffers().counts[0];
         bytemuck::pod_collect_to_vec::<_, u32>(&read(counts))[0]
     };
@@ -208,65 +209,13 @@ fn valid_lookups_have_no_dark_streaks() {
     assert!(plain < 0.7);
 }
 
-/// What stands between the lit and the dark room.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Between {
-    Wall,
-    /// A wall that leaves 0.6 m free.
-    Door,
-    /// Two walls that cross: the dark room meets the lit one only at the edge between them.
-    Corner,
-}
-
-/// Mean indirect light that the camera sees in the dark room, relative to the lit one.
-///
-/// `wall`: from where to where it reaches along x (and z) [m]; the same number twice: a double-sided sheet.
 fn leak(wall: [f32; 2], between: Between) -> f64 {
-    // Rooms of 2 m × 2 m × 2 m; the light stands in the first.
-    let is_corner = between == Between::Corner;
-    let length = if is_corner { 4.0 } else { 2.0 };
-    let mut meshes = room([4.0, 2.0, length], 0);
-    let depth = if between == Between::Door { 1.4 } else { length };
-    let [a, b] = wall;
-    let sheet = a == b;
-    let material = usize::from(sheet);
-    let across_x = |x: f32| [[x, 0.0, 0.0], [x, 0.0, depth], [x, 2.0, depth], [x, 2.0, 0.0]];
-    let across_z = |z: f32| across_x(z).map(|[x, y, z]| [z, y, x]);
-    let mut wall_of = |at: &dyn Fn(f32) -> [[f32; 3]; 4], turned: f32, other: f32| {
-        meshes.push(quad(at(turned), material));
-        meshes.last_mut().unwrap().triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        if !sheet {
-            meshes.push(quad(at(other), material));
-        }
-    };
-    wall_of(&across_x, a, b);
-    if is_corner {
-        // (Seen from z the corners run the other way round.)
-        wall_of(&across_z, b, a);
-    }
-    if between == Between::Door {
-        meshes.push(quad([[a, 0.0, depth], [b, 0.0, depth], [b, 2.0, depth], [a, 2.0, depth]], 0));
-    }
-    let both_sides = Material { double_sided: true, ..lambert([0.6; 3]) };
-    let mut world = scene(meshes, vec![lambert([0.6; 3]), both_sides]);
-    world.lights.push(Light::Point {
-        position: Vec3::new(0.8, 1.6, 0.8),
-        intensity: Vec3::splat(3.0),
-        range: None,
-    });
-    let world = upload(&world);
-    let look = |eye, target| {
-        let mut session = Session::new(&world, &camera(eye, target), small(32));
+    let world = upload(&divided_room(wall, between));
+    dark_over_lit(between, |camera| {
+        let mut session = Session::new(&world, camera, small(32));
         session.run(&world, 48);
         session.mean(&world, 8, Channel::Indirect).x
-    };
-    let lit = look([0.2, 1.0, 1.8], [1.8, 0.5, 0.4]);
-    let dark = if is_corner {
-        look([3.8, 1.0, 3.8], [2.2, 0.5, 2.2])
-    } else {
-        look([3.8, 1.0, 1.8], [2.2, 0.5, 0.4])
-    };
-    dark / lit
+    })
 }
 
 /// Of the lit room's light less than 2 % arrives behind what is `thick` voxels thick (a voxel is 4 m/29 =

@@ -7,11 +7,13 @@ use crate::support::{floor, lambert, room, scene};
 use glam::{Affine3A, DVec3, Vec3};
 use lucerna::reference::Channel;
 use lucerna::scene::{Instance, Material, Scene};
-use lucerna::voxel_rt::{Bounces, Change, DirectLight, FaceLight, RaysInjected, VoxelRtSettings};
+use lucerna::voxel_rt::{
+    Bounces, Change, DirectLight, FaceLight, RaysInjected, VoxelRt, VoxelRtSettings,
+};
 
 pub const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
 
-fn furnace(albedo: f32) -> Scene {
+pub fn furnace(albedo: f32) -> Scene {
     let material = Material { emission: EMISSION.into(), ..lambert([albedo; 3]) };
     scene(room([2.0, 1.0, 3.0], 0), vec![material])
 }
@@ -139,7 +141,7 @@ fn bounces_find_their_light_while_things_move() {
     let (here, there) = (board_at(0.5), board_at(2.5));
     let mut session = Session::new(&here, &camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4]), coarse());
     session.run(&here, 24);
-    let newest = |session: &Session| {
+    let newest = |session: &Session<VoxelRt>| {
         let buffers = session.technique.buffers();
         let light: Vec<FaceLight> = bytemuck::pod_collect_to_vec(&read(&buffers.lights));
         let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&read(&buffers.counts[0]));

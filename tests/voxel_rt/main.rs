@@ -11,4 +11,5 @@ mod changes;
 mod edges;
 mod furnace;
 mod gather;
+mod leaks;
 mod session;

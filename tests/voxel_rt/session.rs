@@ -1,8 +1,8 @@
-//! Frames of the technique over scenes that may change between them.
+//! Frames of a technique over scenes that may change between them.
 
 use crate::harness::{gpu, read};
 use glam::{DVec3, UVec2, Vec3};
-use lucerna::frame::{DirectSettings, Frame, FramePasses, View, ViewSettings};
+use lucerna::frame::{DirectSettings, Frame, FramePasses, Technique, View, ViewSettings};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::reference::{Channel, PixelSums, resolve};
 use lucerna::scene::{Camera, Projection, Scene};
@@ -31,20 +31,33 @@ pub fn camera(eye: [f32; 3], target: [f32; 3]) -> Camera {
 }
 
 /// A technique under way.
-pub struct Session {
-    pub technique: VoxelRt,
+pub struct Session<T> {
+    pub technique: T,
     /// May be put elsewhere between frames.
     pub camera: Camera,
-    passes: FramePasses,
+    /// Whether the picture's irradiance is asked for.
+    pub irradiance: bool,
+    /// How far ambient occlusion looks [m].
+    pub occlusion_distance: f32,
+    pub passes: FramePasses,
     view: View,
 }
 
-impl Session {
+impl Session<VoxelRt> {
     pub fn new(scene: &GpuScene, camera: &Camera, settings: VoxelRtSettings) -> Self {
+        let technique = VoxelRt::new(gpu(), scene, settings, camera.position).unwrap();
+        Self::of(scene, camera, technique)
+    }
+}
+
+impl<T: Technique> Session<T> {
+    pub fn of(scene: &GpuScene, camera: &Camera, technique: T) -> Self {
         let size = UVec2::splat(SIDE);
         Self {
-            technique: VoxelRt::new(gpu(), scene, settings, camera.position).unwrap(),
+            technique,
             camera: camera.clone(),
+            irradiance: false,
+            occlusion_distance: 1.0,
             passes: FramePasses::new(gpu(), scene, size, DirectSettings::default()).unwrap(),
             view: View::new(gpu(), size),
         }
@@ -52,7 +65,12 @@ impl Session {
 
     /// The next frames; returns the sums of their pixels.
     pub fn run(&mut self, scene: &GpuScene, n_frames: u32) -> Vec<PixelSums> {
-        let settings = ViewSettings { n_accumulated: n_frames, ..ViewSettings::default() };
+        let settings = ViewSettings {
+            n_accumulated: n_frames,
+            irradiance: self.irradiance,
+            occlusion_distance: self.occlusion_distance,
+            ..ViewSettings::default()
+        };
         self.passes.accumulator.reset();
         for _ in 0..n_frames {
             self.view.advance(gpu(), scene, &self.camera, &settings);
