@@ -104,11 +104,13 @@ fn trace_cone(cone: Cone, settings: ConeSettings, near: f32) -> ConeResult {
     let high = last.origin + vec3<f32>(last.size) * last.cell;
     while n_steps < MAX_STEPS && t < cone.max_distance {
         let at = cone_point(cone, t);
-        let leaves = ((at > high) & (cone.direction > vec3<f32>(0.0))) | ((at < low) & (cone.direction < vec3<f32>(0.0)));
-        if any(leaves) {
+        let cells = cone_cells(cone, settings, t, finest_cell(at));
+        // (Filtering spreads the outermost cells by half of one.)
+        let above = at > high + 0.5 * cells.matching;
+        let below = at < low - 0.5 * cells.matching;
+        if any((above & (cone.direction > vec3<f32>(0.0))) | (below & (cone.direction < vec3<f32>(0.0)))) {
             break;
         }
-        let cells = cone_cells(cone, settings, t, finest_cell(at));
         let length = min(cone_step(cone, settings, t, cells.matching), cone.max_distance - t);
         let medium = medium_at(cone_point(cone, t + 0.5 * length), cone.direction, cells);
         // The part of the step within the near distance.
