@@ -4,7 +4,7 @@
 //! Interface: `trace_cone`, `medium_at`, `finest_cell`. No bindings of its own: it reads `fields::voxel_pyramid`.
 #define_import_path lucerna::fields::cone_trace
 
-#import lucerna::cone::march::{Cone, ConeCells, ConeSettings, MAX_STEPS, cone_cells, cone_point, cone_step}
+#import lucerna::cone::march::{Cone, ConeCells, ConeSettings, HALF_OF_WALL, MAX_STEPS, cone_cells, cone_point, cone_step}
 #import lucerna::cone::medium::{Medium, MediumLight, add_medium, clear_way, end_of_way}
 #import lucerna::cone::pyramid::{MAX_MIPS, direction_weights, pyramid_weight}
 #import lucerna::fields::voxel_pyramid::{filtered_texel, pyramid}
@@ -47,9 +47,9 @@ fn medium_of_mip(level_ix: u32, mip: u32, position: vec3<f32>, direction: vec3<f
         // Who looks along +X sees the −X faces.
         let faces = faces_of_direction(-direction);
         let weights = direction_weights(pyramid.squared_weights, direction);
-        texel = weights.x * filtered_texel(entry, mip, faces.x, point)
-            + weights.y * filtered_texel(entry, mip, faces.y, point)
-            + weights.z * filtered_texel(entry, mip, faces.z, point);
+        for (var axis = 0u; axis < 3u; axis++) {
+            texel += weights[axis] * filtered_texel(entry, mip, faces[axis], point);
+        }
     }
     return Medium(texel.rgb / cell, texel.a / cell);
 }
@@ -77,19 +77,19 @@ fn medium_at(position: vec3<f32>, direction: vec3<f32>, cells: ConeCells) -> Med
         rest -= share;
         let lower = floor(mip);
         let upper_share = mip - lower;
-        let fine = medium_of_mip(ix, u32(lower), position, direction);
-        out.emission += share * (1.0 - upper_share) * fine.emission;
-        out.extinction += share * (1.0 - upper_share) * fine.extinction;
-        if upper_share > 0.0 {
-            let coarse = medium_of_mip(ix, u32(lower) + 1u, position, direction);
-            out.emission += share * upper_share * coarse.emission;
-            out.extinction += share * upper_share * coarse.extinction;
+        for (var upper = 0u; upper < 2u; upper++) {
+            let of_mip = share * select(1.0 - upper_share, upper_share, upper == 1u);
+            if of_mip > 0.0 {
+                let medium = medium_of_mip(ix, u32(lower) + upper, position, direction);
+                out.emission += of_mip * medium.emission;
+                out.extinction += of_mip * medium.extinction;
+            }
         }
     }
     return out;
 }
 
-/// Follows a cone to its end. `near`: how far `near_transmittance` counts [m].
+/// Follows a cone to its end. `near`: how far `near_transmittance` counts [m]; an opaque wall just there counts half.
 ///
 /// Steps are as long as the cone is wide, times the step scale; what is read in the middle of a step
 /// stands for it. A cone that becomes opaque beyond the threshold is given up (`medium::end_of_way`).
@@ -113,8 +113,7 @@ fn trace_cone(cone: Cone, settings: ConeSettings, near: f32) -> ConeResult {
         }
         let length = min(cone_step(cone, settings, t, cells.matching), cone.max_distance - t);
         let medium = medium_at(cone_point(cone, t + 0.5 * length), cone.direction, cells);
-        // The part of the step within the near distance.
-        let near_part = clamp(near - t, 0.0, length);
+        let near_part = clamp(near - HALF_OF_WALL * cells.matching - t, 0.0, length);
         near_light *= exp(-medium.extinction * near_part);
         light = add_medium(light, medium, length);
         t += length;
