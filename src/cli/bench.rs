@@ -1,8 +1,10 @@
 //! `lucerna bench`.
 
+mod frames;
 mod rays;
 mod reference;
 mod room;
+mod voxel_cone;
 mod voxel_rt;
 mod voxel_write;
 mod voxelize;
@@ -25,7 +27,7 @@ pub struct BenchArguments {
     /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
     #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
     camera: Option<CameraChoice>,
-    /// voxel-rt, voxel-write: small sizes only.
+    /// voxel-rt, voxel-cone, voxel-write: small sizes only.
     #[arg(long)]
     quick: bool,
     /// Print JSON.
@@ -45,6 +47,9 @@ enum Group {
     Voxelize,
     /// Passes of `voxel-rt` beside its source's configuration (only by name: it takes minutes).
     VoxelRt,
+    /// Passes of `voxel-cone` beside its source's table, and what a step of a cone costs (only by name: it
+    /// takes minutes).
+    VoxelCone,
     /// How irradiance is written into voxels: store, moving average, max, exact (only by name: it
     /// takes minutes).
     VoxelWrite,
@@ -57,6 +62,12 @@ struct Row {
     unit: &'static str,
     /// How many times the baseline it is, and which baseline.
     ratio: Option<(f64, &'static str)>,
+}
+
+impl Row {
+    fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
+        Self { name: name.into(), value, unit, ratio: None }
+    }
 }
 
 pub fn bench(arguments: &BenchArguments) -> CommandResult {
@@ -82,6 +93,10 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
     if arguments.group == Some(Group::VoxelRt) {
         let rows = voxel_rt::measure(&gpu, &scene, &camera, source, arguments.quick)?;
         groups.push(("voxel-rt", rows));
+    }
+    if arguments.group == Some(Group::VoxelCone) {
+        let rows = voxel_cone::measure(&gpu, &scene, &camera, source, arguments.quick)?;
+        groups.push(("voxel-cone", rows));
     }
     if arguments.group == Some(Group::VoxelWrite) {
         let rows = voxel_write::measure(&gpu, &scene, source, arguments.quick)?;

@@ -29,16 +29,12 @@ pub fn measure(gpu: &Gpu, scene: &Scene, source: RaySource) -> Result<Vec<Row>, 
     }
     let few = wall_time(gpu, 1, options)?;
     let many = wall_time(gpu, 71, options)?;
-    rows.push(row("256^3, wall of 10082 triangles", ms(many), "ms"));
+    rows.push(Row::new("256^3, wall of 10082 triangles", ms(many), "ms"));
     rows.push(Row {
         ratio: Some((few.as_secs_f64() / many.as_secs_f64(), "10082 triangles")),
-        ..row("256^3, the same wall of 2 triangles", ms(few), "ms")
+        ..Row::new("256^3, the same wall of 2 triangles", ms(few), "ms")
     });
     Ok(rows)
-}
-
-fn row(name: impl Into<String>, value: f64, unit: &'static str) -> Row {
-    Row { name: name.into(), value, unit, ratio: None }
 }
 
 fn ms(time: Duration) -> f64 {
@@ -57,9 +53,9 @@ fn of_grid(gpu: &Gpu, scene: &GpuScene, grid: VoxelGrid) -> Result<Vec<Row>, Box
     let attributes = VoxelAttributes::new(gpu, scene, &voxelizer)?;
     let records = time(gpu, |encoder| Ok(attributes.record(encoder, scene, &voxelizer, None)?))?;
     let mut rows = vec![
-        row(format!("{n}^3, voxels"), n_exact as f64, ""),
-        row(format!("{n}^3, compute, with its structure"), ms(compute), "ms"),
-        row(format!("{n}^3, attributes of 6 faces"), ms(records), "ms"),
+        Row::new(format!("{n}^3, voxels"), n_exact as f64, ""),
+        Row::new(format!("{n}^3, compute, with its structure"), ms(compute), "ms"),
+        Row::new(format!("{n}^3, attributes of 6 faces"), ms(records), "ms"),
     ];
     for (name, method) in [
         ("3 axes", RasterMethod::ThreeAxes),
@@ -76,10 +72,10 @@ fn of_grid(gpu: &Gpu, scene: &GpuScene, grid: VoxelGrid) -> Result<Vec<Row>, Box
         };
         rows.push(Row {
             ratio: Some((taken.as_secs_f64() / compute.as_secs_f64(), COMPUTE)),
-            ..row(format!("{n}^3, raster, {name}"), ms(taken), "ms")
+            ..Row::new(format!("{n}^3, raster, {name}"), ms(taken), "ms")
         });
-        rows.push(row(format!("{n}^3, raster, {name}, missed"), share(&exact, &bits), "%"));
-        rows.push(row(format!("{n}^3, raster, {name}, too many"), share(&bits, &exact), "%"));
+        rows.push(Row::new(format!("{n}^3, raster, {name}, missed"), share(&exact, &bits), "%"));
+        rows.push(Row::new(format!("{n}^3, raster, {name}, too many"), share(&bits, &exact), "%"));
     }
     Ok(rows)
 }

@@ -1,0 +1,140 @@
+//! Frames of configurations that take turns, timed pass by pass.
+
+use glam::{UVec2, Vec3};
+use lucerna::blocking::read_buffer;
+use lucerna::frame::{
+    DirectSettings, Frame, FramePasses, PassTimers, Technique, View, ViewSettings,
+};
+use lucerna::gpu::Gpu;
+use lucerna::gpu_scene::{GpuScene, WorldTriangles};
+use lucerna::scene::{Camera, Light, Scene};
+use std::error::Error;
+
+/// The picture of the techniques' sources.
+pub const PICTURE: UVec2 = UVec2::new(1920, 1080);
+/// The fastest of so many frames counts.
+const ROUNDS: u32 = 5;
+/// Frames until faces that are dark are seldom asked any more.
+const FRAMES_TO_SETTLE: u32 = 24;
+
+/// Fastest time of passes \[ms\]; those of one name in a frame together.
+pub type Passes = Vec<(&'static str, f64)>;
+
+/// What every configuration has in common.
+#[derive(Clone, Copy)]
+pub struct Bench<'a> {
+    pub gpu: &'a Gpu,
+    pub scene: &'a GpuScene,
+    pub camera: &'a Camera,
+}
+
+/// One configuration under way.
+pub struct Rig<T> {
+    pub technique: T,
+    pub passes: FramePasses,
+    view: View,
+    best: Passes,
+}
+
+/// What a technique is told when everything moves, and which of its passes run then alone.
+pub struct Moving<'a, T> {
+    pub tell: fn(&mut T),
+    pub passes: &'a [&'static str],
+}
+
+/// A scene without any light gets a point light in the middle of its box.
+pub fn with_light(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    if scene.lights.is_empty() && scene.materials.iter().all(|m| m.emission == Vec3::ZERO) {
+        let (low, high) = WorldTriangles::of(&scene).bounds();
+        let intensity = Vec3::splat((high - low).length_squared());
+        scene.lights.push(Light::Point { position: 0.5 * (low + high), intensity, range: None });
+    }
+    scene
+}
+
+/// Milliseconds of the passes of these names; 0 of those that did not run.
+pub fn sum_of(passes: &Passes, names: &[&str]) -> f64 {
+    passes.iter().filter(|(name, _)| names.contains(name)).map(|(_, ms)| ms).sum()
+}
+
+impl Bench<'_> {
+    /// A picture of a technique.
+    pub fn rig<T>(&self, size: UVec2, technique: T) -> Result<Rig<T>, Box<dyn Error>> {
+        Ok(Rig {
+            technique,
+            passes: FramePasses::new(self.gpu, self.scene, size, DirectSettings::default())?,
+            view: View::new(self.gpu, size),
+            best: Vec::new(),
+        })
+    }
+
+    /// Of each configuration the passes: what follows movement from frames in which everything moved, the others from
+    /// frames in which nothing did. The configurations take turns, so that a disturbance meets all of them.
+    pub fn run<T: Technique>(
+        &self,
+        rigs: &mut [Rig<T>],
+        moving: &Moving<T>,
+    ) -> Result<Vec<Passes>, Box<dyn Error>> {
+        let mut timers = PassTimers::new(self.gpu)
+            .ok_or("this device has no timestamps: passes can't be timed")?;
+        for frame_ix in 0..1 + ROUNDS + FRAMES_TO_SETTLE + ROUNDS {
+            for rig in rigs.iter_mut() {
+                self.frame(rig, frame_ix, &mut timers, moving)?;
+            }
+        }
+        Ok(rigs.iter_mut().map(|rig| std::mem::take(&mut rig.best)).collect())
+    }
+
+    fn frame<T: Technique>(
+        &self,
+        rig: &mut Rig<T>,
+        frame_ix: u32,
+        timers: &mut PassTimers,
+        moving: &Moving<T>,
+    ) -> Result<(), Box<dyn Error>> {
+        // The first frame compiles.
+        let is_moved = frame_ix <= ROUNDS;
+        let is_settled = frame_ix > ROUNDS + FRAMES_TO_SETTLE;
+        if is_moved {
+            (moving.tell)(&mut rig.technique);
+            rig.passes.shadows_changed();
+        }
+        rig.view.advance(self.gpu, self.scene, self.camera, &ViewSettings::default());
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        timers.begin_frame();
+        let frame = &mut Frame {
+            gpu: self.gpu,
+            encoder: &mut encoder,
+            scene: self.scene,
+            view: &rig.view,
+            timers: Some(timers),
+        };
+        if frame_ix == 0 || is_settled {
+            rig.passes.record(frame, &mut rig.technique)?;
+        } else {
+            rig.passes.update(frame, &mut rig.technique)?;
+        }
+        timers.resolve(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        let bytes = read_buffer(self.gpu, timers.resolved())?;
+        let mut of_frame: Passes = Vec::new();
+        for (name, ms) in timers.milliseconds(&bytes) {
+            match of_frame.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, sum)) => *sum += ms,
+                None => of_frame.push((name, ms)),
+            }
+        }
+        let counts = |name: &str| match moving.passes.contains(&name) {
+            true => is_moved && frame_ix > 0,
+            false => is_settled,
+        };
+        for (name, ms) in of_frame.into_iter().filter(|(name, _)| counts(name)) {
+            match rig.best.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, least)) => *least = least.min(ms),
+                None => rig.best.push((name, ms)),
+            }
+        }
+        Ok(())
+    }
+}
