@@ -33,8 +33,15 @@ pub struct Pyramid {
 }
 
 #[derive(Debug)]
+struct Textures {
+    textures: [wgpu::Texture; 3],
+    views: [wgpu::TextureView; 3],
+    sampler: wgpu::Sampler,
+}
+
+#[derive(Debug)]
 enum Volumes {
-    Textures { textures: [wgpu::Texture; 3], views: [wgpu::TextureView; 3], sampler: wgpu::Sampler },
+    Textures(Box<Textures>),
     Buffers([wgpu::Buffer; 3]),
 }
 
@@ -130,7 +137,7 @@ impl Pyramid {
     /// `COPY_SRC`; None if it is a buffer.
     pub fn texture(&self, volume: usize) -> Option<&wgpu::Texture> {
         match &self.volumes {
-            Volumes::Textures { textures, .. } => Some(&textures[volume]),
+            Volumes::Textures(of) => Some(&of.textures[volume]),
             Volumes::Buffers(_) => None,
         }
     }
@@ -138,7 +145,7 @@ impl Pyramid {
     /// The same as a buffer of as many texels, x fastest, with `COPY_SRC`; None if it is a texture.
     pub fn buffer(&self, volume: usize) -> Option<&wgpu::Buffer> {
         match &self.volumes {
-            Volumes::Textures { .. } => None,
+            Volumes::Textures(_) => None,
             Volumes::Buffers(buffers) => Some(&buffers[volume]),
         }
     }
@@ -154,7 +161,7 @@ impl Pyramid {
     /// The variant that kernels need which read or make it.
     pub(crate) fn variant(&self) -> &'static str {
         match self.volumes {
-            Volumes::Textures { .. } => "",
+            Volumes::Textures(_) => "",
             Volumes::Buffers(_) => "pyramid_buffer",
         }
     }
@@ -176,7 +183,8 @@ impl Pyramid {
             device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries })
         };
         match &self.volumes {
-            Volumes::Textures { views: [base, odd, even], sampler, .. } => {
+            Volumes::Textures(of) => {
+                let Textures { views: [base, odd, even], sampler, .. } = &**of;
                 use kernels::trace as kernel;
                 let layout = kernel::WgpuBindGroup2::get_bind_group_layout(device);
                 let entries =
@@ -211,12 +219,12 @@ impl Pyramid {
         let device = &gpu.device;
         let pyramid = self.uniform.as_entire_buffer_binding();
         let (layout, entries) = match &self.volumes {
-            Volumes::Textures { views, .. } => {
+            Volumes::Textures(of) => {
                 use kernels::fill as kernel;
                 let entries =
                     kernel::WgpuBindGroup2Entries::new(kernel::WgpuBindGroup2EntriesParams {
                         pyramid,
-                        target_volume: &views[0],
+                        target_volume: &of.views[0],
                     });
                 (kernel::WgpuBindGroup2::get_bind_group_layout(device), entries.into_array())
             }
@@ -250,13 +258,13 @@ impl Pyramid {
         let pyramid = self.uniform.as_entire_buffer_binding();
         let (from, to) = (volume_of_mip(mip - 1), volume_of_mip(mip));
         let (layout, entries) = match &self.volumes {
-            Volumes::Textures { views, .. } => {
+            Volumes::Textures(of) => {
                 use kernels::prefilter as kernel;
                 let entries =
                     kernel::WgpuBindGroup2Entries::new(kernel::WgpuBindGroup2EntriesParams {
                         pyramid,
-                        source: &views[from],
-                        target_volume: &views[to],
+                        source: &of.views[from],
+                        target_volume: &of.views[to],
                     });
                 (kernel::WgpuBindGroup2::get_bind_group_layout(device), entries.into_array())
             }
@@ -297,9 +305,9 @@ impl Pyramid {
                     let place = entry.first + UVec3::new(0, y, z + face * entry.stride);
                     let bytes: &[u8] = bytemuck::cast_slice(&row);
                     match &self.volumes {
-                        Volumes::Textures { textures, .. } => gpu.queue.write_texture(
+                        Volumes::Textures(of) => gpu.queue.write_texture(
                             wgpu::TexelCopyTextureInfo {
-                                texture: &textures[0],
+                                texture: &of.textures[0],
                                 mip_level: 0,
                                 origin: wgpu::Origin3d { x: place.x, y: place.y, z: place.z },
                                 aspect: wgpu::TextureAspect::All,
@@ -357,5 +365,5 @@ fn textures(gpu: &Gpu, sizes: [UVec3; 3]) -> Result<Volumes, GpuError> {
         min_filter: wgpu::FilterMode::Linear,
         ..Default::default()
     });
-    Ok(Volumes::Textures { textures, views, sampler })
+    Ok(Volumes::Textures(Box::new(Textures { textures, views, sampler })))
 }

@@ -83,6 +83,9 @@ fn parse_near(text: &str) -> Result<f32, String> {
     }
 }
 
+/// Makes the shadows that a technique's cones cast.
+type ConeShadows<T> = fn(&Gpu, &T) -> Result<ShadowBinding, ShadowError>;
+
 /// Renders the frames with the technique that `make` returns, and writes what was asked for.
 ///
 /// `make`: of the scene, the camera, and shadow maps where those were asked for. `cone_shadows`: of techniques that
@@ -90,7 +93,7 @@ fn parse_near(text: &str) -> Result<f32, String> {
 pub fn render<T: Technique>(
     arguments: &RenderArguments,
     make: impl FnOnce(&Gpu, &GpuScene, &Camera, Option<&ShadowMaps>) -> Result<T, Box<dyn Error>>,
-    cone_shadows: Option<fn(&Gpu, &T) -> Result<ShadowBinding, ShadowError>>,
+    cone_shadows: Option<ConeShadows<T>>,
     warn: impl FnOnce(&Gpu, &T) -> CommandResult,
 ) -> CommandResult {
     let output = &arguments.output;
