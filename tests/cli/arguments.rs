@@ -113,6 +113,29 @@ fn wrong_values_are_refused_with_the_flag_and_what_is_right() {
 }
 
 #[test]
+fn flags_of_real_time_techniques_are_checked() {
+    for (flag, right) in [
+        ("--cones=7", "5, 6, 9 or 16"),
+        ("--bounce-cones=0", "5, 6, 9 or 16"),
+        ("--bounce-period=0", "1..=64"),
+        ("--specular=shiny", "roughness"),
+        ("--specular=180", "119"),
+        ("--face-weights=cubed", "squared"),
+        ("--shadows=soft", "pcss"),
+        ("--shadow-size=0", "--shadow-size"),
+        ("--light-radius=-1", "metres"),
+        ("--voxels=0x4x4", "--voxels"),
+        ("--voxels=4x4", "--voxels"),
+        ("--voxels=300", "256"),
+        ("--occlusion-distance=0", "--occlusion-distance"),
+        ("--channel=glow", "openness"),
+    ] {
+        let arguments = ["render", "scene.gltf", "--technique=voxel-cone", "--output=o.png", flag];
+        run(&arguments).exits(2).gives_nothing().says(&[right]);
+    }
+}
+
+#[test]
 fn missing_scene_fails_with_its_path() {
     let folder = empty_folder("missing_scene");
     let (scene, output) = (folder.join("there_is_none.gltf"), folder.join("out.png"));

@@ -1,6 +1,6 @@
 //! `reference` and `render`: pictures, their bytes, and what is said meanwhile.
 
-use crate::support::{cornell, empty_folder, fixture, has_adapter, names_in, path, run};
+use crate::support::{Ran, cornell, empty_folder, fixture, has_adapter, names_in, path, run};
 use glam::Vec3;
 use lucerna::picture::Picture;
 use std::path::Path;
@@ -283,4 +283,57 @@ fn render_direct_accumulates_frames_and_times_its_passes() {
         names.is_empty() || names == ["frame/gbuffer", "frame/direct", "frame/composite"],
         "{names:?}"
     );
+}
+
+/// A picture of `voxel-cone`, 16 × 16 pixels of the Cornell box.
+fn cones(more: &[&str], output: &Path) -> Ran {
+    let scene = cornell();
+    let mut arguments = vec!["render", &scene, "--technique=voxel-cone", "--size=16x16"];
+    arguments.extend(["--frames=2", "--warm-up=2", "-o", path(output)]);
+    arguments.extend(more);
+    run(&arguments)
+}
+
+#[test]
+fn cones_light_the_cornell_box() {
+    if !has_adapter() {
+        return;
+    }
+    let output = empty_folder("cones").join("out.exr");
+    let mean_of = |more: &[&str]| {
+        cones(more, &output).exits(0);
+        mean(&read(&output))
+    };
+    let small = "--voxels=16x18x14";
+    let channel = "--channel=indirect";
+    let plain = mean_of(&[small, channel]);
+    assert!(plain.min_element() > 0.0);
+    // One bounce is less than all; 5 cones find about what 9 find.
+    let one = mean_of(&[small, channel, "--bounces=1", "--cones=5", "--face-weights=squared"]);
+    assert!(one.x > 0.2 * plain.x && one.x < 1.2 * plain.x, "{one} {plain}");
+    let open = mean_of(&[small, "--channel=openness", "--occlusion-distance=100"]);
+    let open_near = mean_of(&[small, "--channel=openness", "--occlusion-distance=0.5"]);
+    assert!(open.x < open_near.x && open_near.x <= 1.0, "{open} {open_near}");
+}
+
+#[test]
+fn cones_are_told_where_they_cannot_go() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = empty_folder("cones_refused");
+    let output = folder.join("out.exr");
+    let refused = |more: &[&str], reason: &str| {
+        cones(more, &output).exits(1).gives_nothing().says(&["error: ", reason]);
+    };
+    refused(&["--step-scale=0"], "step_scale");
+    refused(&["--mip-bias=9"], "mip_bias");
+    refused(&["--opacity-threshold=2"], "opacity_threshold");
+    refused(&["--start=-1"], "start");
+    refused(&["--bounces=0"], "--technique direct");
+    refused(&["--pyramid-buffers", "--shadows=cones", "--voxels=8"], "textures");
+    let scene = cornell();
+    let of_rays = ["render", &scene, "--technique=voxel-rt", "--shadows=cones", "-o"];
+    run(&[&of_rays[..], &[path(&output)]].concat()).exits(1).says(&["voxel-cone"]);
+    assert!(names_in(&folder).is_empty());
 }
