@@ -26,13 +26,13 @@ pub fn kernels(arguments: &KernelsArguments) -> CommandResult {
         return Ok(());
     }
     let Some(name) = &arguments.name else {
-        outln!("{:<28} {:<10} {:>14}  bindings", "kernel", "variant", "workgroup")?;
+        outln!("{:<29} {:<14} {:>24}  bindings", "kernel", "variant", "workgroup")?;
         for kernel in lucerna::kernels() {
             let sizes: Vec<_> =
                 kernel.entry_points.iter().map(|e| join(e.workgroup_size)).collect();
             let variant = if kernel.variant.is_empty() { "baseline" } else { kernel.variant };
             let n = kernel.bindings.len();
-            outln!("{:<28} {variant:<10} {:>14}  {n}", kernel.name, sizes.join(" "))?;
+            outln!("{:<29} {variant:<14} {:>24}  {n}", kernel.name, sizes.join(" "))?;
         }
         return Ok(());
     };

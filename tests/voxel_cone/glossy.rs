@@ -67,3 +67,30 @@ fn a_panel_is_mirrored_in_a_glossy_floor() {
     assert!(without.0 < 0.3 * expected.0, "{without:?}");
     assert!(fixed.0 != found.0);
 }
+
+/// The block stands closer than where cones begin, so that it is missing from what they mirror: screen-space specular
+/// occlusion darkens the floor before it, and leaves the rest of the mirror image alone.
+#[test]
+fn what_stands_close_by_hides_what_is_mirrored() {
+    let mut fixture = fixture();
+    // Close to the block's foot.
+    fixture.camera = crate::session::camera([0.25, 0.5, 0.6], [0.25, 0.0, -0.7]);
+    let settings = ReferenceSettings { n_bounces: 8, ..crate::support::settings(SIDE, SIDE, 0) };
+    let sums = crate::support::render(&fixture.on_gpu, &fixture.camera, &settings, 512);
+    let expected = resolve(&sums, UVec2::splat(SIDE), Channel::Indirect).rgb;
+    let base = crate::cells(64);
+    let with = indirect(&fixture, base);
+    let without = indirect(&fixture, VoxelConeSettings { occludes_specular: false, ..base });
+    let red = |picture: &[Vec3], x: [u32; 2], y: [u32; 2]| -> f32 {
+        let row = |y: u32| (x[0]..=x[1]).map(move |x| picture[(y * SIDE + x) as usize].x);
+        (y[0]..=y[1]).flat_map(row).sum()
+    };
+    // The two rows of pixels before the block's foot, and the mirror image well before them.
+    let [near, off, on] =
+        [&expected, &without, &with].map(|picture| red(picture, [10, 13], [11, 12]));
+    let [far_off, far_on] = [&without, &with].map(|picture| red(picture, [6, 14], [14, 20]));
+    eprintln!("before the block: path tracer {near}, with {on}, without {off}");
+    assert!(off > 1.5 * near, "nothing close by is missing");
+    assert!(on > 0.8 * near && on - near < 0.75 * (off - near));
+    assert!((far_on / far_off - 1.0).abs() < 0.05, "{far_on} {far_off}");
+}
