@@ -278,6 +278,41 @@ fn occlusion_close_by_leaves_open_what_is_open() {
     }
 }
 
+/// A double-sided roof over a floor, with a slit in it over so many cells: how open the floor's middle is.
+fn openness_under_slit(n_cells: f32, fills_gaps: bool) -> f64 {
+    let half = 2.0;
+    let settings = VoxelConeSettings { fills_gaps, ..cells(32) };
+    let make = |[low, high]: [f32; 2]| {
+        let part = |a: f32, b: f32| {
+            let corners = [[a, 1.0, -half], [a, 1.0, half], [b, 1.0, half], [b, 1.0, -half]];
+            crate::support::quad(corners, 1)
+        };
+        let both = Material { double_sided: true, ..lambert([0.6; 3]) };
+        let meshes = vec![floor(half, 0.0, 0), part(-half, low), part(high, half)];
+        upload(&scene(meshes, vec![lambert([0.6; 3]), both]))
+    };
+    // The grid is that of the scene's box, whatever the slit; the slit is a little wider than its cells.
+    let grid = *VoxelCone::new(gpu(), &make([0.0; 2]), settings, Vec3::ZERO).unwrap().grid(0);
+    let first = (grid.size.x / 2) as f32;
+    let edge = |cells: f32| grid.origin.x + (first + cells) * grid.cell;
+    let world = make(if n_cells > 0.0 { [edge(-0.01), edge(n_cells + 0.01)] } else { [0.0; 2] });
+    let mut session = session(&world, &camera([0.0, 0.9, 0.3], [0.0, 0.0, 0.0]), settings);
+    session.occlusion_distance = 10.0;
+    session.run(&world, 2);
+    session.mean(&world, 8, Channel::Openness).x
+}
+
+/// Gap filling closes a slit of a cell, and leaves a wide one open.
+#[test]
+fn gaps_of_a_cell_are_filled() {
+    let closed = openness_under_slit(0.0, false);
+    let through = |n_cells| [false, true].map(|fills| openness_under_slit(n_cells, fills) - closed);
+    let (narrow, wide) = (through(1.0), through(5.0));
+    eprintln!("open through a slit of a cell: {narrow:?}, of 5: {wide:?}");
+    assert!(narrow[0] > 0.01 && narrow[1] < 0.1 * narrow[0], "{narrow:?}");
+    assert!((wide[1] / wide[0] - 1.0).abs() < 0.02, "{wide:?}");
+}
+
 fn leak(thick: f32, between: Between) -> Vec<f64> {
     let voxel = 4.0 / 29.0;
     [0.0, 0.2, 0.4, 0.6, 0.8]
