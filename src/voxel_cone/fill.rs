@@ -39,7 +39,6 @@ impl FillPass {
         buffers: &CacheBuffers,
         attributes: &[VoxelAttributes],
         settings: &VoxelConeSettings,
-        emits: bool,
     ) -> Self {
         let layout = fill::WgpuBindGroup1::get_bind_group_layout(&gpu.device);
         let (target_layout, target) = pyramid.filling(gpu);
@@ -51,9 +50,9 @@ impl FillPass {
             .map(|(level, attributes)| {
                 let info = fill::FillInfo {
                     level,
-                    emits: u32::from(emits),
                     fills_gaps: u32::from(settings.fills_gaps),
                     backs_hide: u32::from(settings.opaque_backs),
+                    reserved: 0,
                 };
                 let info = uniform(gpu, label, bytemuck::bytes_of(&info));
                 let entries = fill::WgpuBindGroup1Entries::new(fill::WgpuBindGroup1EntriesParams {

@@ -150,7 +150,7 @@ impl VoxelCone {
         };
         let occlusion = OcclusionPass::new(gpu, &settings);
         Ok(Self {
-            fill: FillPass::new(gpu, &pyramid, buffers, &attributes, &settings, false),
+            fill: FillPass::new(gpu, &pyramid, buffers, &attributes, &settings),
             prefilter: PrefilterPass::new(gpu, &pyramid),
             bounce: BouncePass::new(gpu, &pyramid, buffers, &attributes),
             publish: PublishPass::new(gpu, buffers),

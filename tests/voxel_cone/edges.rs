@@ -278,6 +278,22 @@ fn occlusion_close_by_leaves_open_what_is_open() {
     }
 }
 
+/// A lone floor has no light but direct light, however its shading normals lean: cones that would lead below it are dark.
+#[test]
+fn a_lone_floor_does_not_light_itself() {
+    let mut mesh = floor(3.0, 0.0, 0);
+    mesh.normals = vec![Vec3::new(0.8, 0.6, 0.0); mesh.positions.len()];
+    let mut world = scene(vec![mesh], vec![lambert([0.6; 3])]);
+    let place = Vec3::new(1.0, 1.5, 0.0);
+    world.lights.push(Light::Point { position: place, intensity: Vec3::ONE, range: None });
+    let world = upload(&world);
+    let mut session = session(&world, &camera([0.0, 1.5, 0.5], [0.0; 3]), cells(32));
+    session.run(&world, 4);
+    let pixels = session.run(&world, 8);
+    assert!(pixels.iter().any(|pixel| pixel.direct.min_element() > 0.0));
+    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO));
+}
+
 /// A double-sided roof over a floor, with a slit in it over so many cells: how open the floor's middle is.
 fn openness_under_slit(n_cells: f32, fills_gaps: bool) -> f64 {
     let half = 2.0;

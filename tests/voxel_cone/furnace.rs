@@ -130,3 +130,20 @@ fn bounces_are_counted() {
         assert!((found / expected - 1.0).abs() < 0.02, "{n}: {found} for {expected}");
     }
 }
+
+/// Of 64 frames, each face has its turn once: after 4 of them the light that was reflected among voxels is there by a sixteenth,
+/// where it is whole with a turn in each frame. (The first reflection is there from the first frame on.)
+#[test]
+fn bounces_are_spread_over_the_period() {
+    let after_4 = |bounces, bounce_period| {
+        let settings = VoxelConeSettings { bounces, bounce_period, ..cells(24) };
+        let world = upload(&furnace(0.8));
+        let mut session = session(&world, &camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4]), settings);
+        session.run(&world, 4);
+        session.mean(&world, 1, Channel::Indirect).y
+    };
+    let first = after_4(Bounces::UpTo(1), 1);
+    let further = [1, 64].map(|period| after_4(Bounces::Unlimited, period) - first);
+    assert!(further[0] > 0.5 * first, "{further:?} beyond {first}");
+    assert!(further[1] > 0.0 && further[1] < 0.2 * further[0], "{further:?} beyond {first}");
+}

@@ -2,8 +2,8 @@
 //! Writes what leaves the voxels' faces into mip 0: every cell of a level, empty ones too.
 //!
 //! A face is as opaque as its surfaces cover of it (`voxel::attributes`, `cone::opacity`), and sends L = ρ/π·E, E being the
-//! irradiance that `voxel_rt/publish` made; where it knows none, it is dark. With `emits`, what its surfaces
-//! emit adds to that.
+//! irradiance that `voxel_rt/publish` made; where it knows none, it is dark. What surfaces emit is not in it: emissive
+//! surfaces are drawn as lights, for voxels and for pixels, and would count twice.
 //!
 //! Backs of single-sided surfaces are open unless asked otherwise: nobody is meant to see them, and a cone that grows
 //! beside a wall takes in its voxels, and with them the wall's dark back, though it never comes from behind.
@@ -26,13 +26,12 @@ const SIDE: u32 = 4u;
 struct FillInfo {
     /// Index of the level.
     level: u32,
-    /// 1: emission counts.
-    emits: u32,
     /// 1: where a cell has no surface that looks a face's way but two opposite neighbours beside that face have, it takes
     /// their mean. (The voxelizer misses no surface; slits narrower than a cell and the steps of slanted ones are gaps.)
     fills_gaps: u32,
     /// 1: a face from which only backs of single-sided surfaces are seen is as opaque as they are. 0: it is open.
     backs_hide: u32,
+    reserved: u32,
 }
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
@@ -65,9 +64,6 @@ fn texel_of_face(slot: u32, face: u32, opacity: f32) -> vec4<f32> {
     let surface = decode_face(packed);
     let received = irradiance[level.first_record + record].rgb;
     var radiance = surface.albedo * INV_PI * received;
-    if info.emits != 0u {
-        radiance += surface.emission;
-    }
     if !all_finite(radiance) {
         radiance = vec3<f32>(0.0);
     }
