@@ -43,7 +43,8 @@ pub enum Specular {
 pub struct ConeStepping {
     /// Step in widths of the cone, 0.05 to 4.
     pub step_scale: f32,
-    /// Added to the mip, −4 to 4.
+    /// Added to the mip, −4 to 4. (A mip is limited by the height over the surface that the cone leaves, too, and for the wide
+    /// cones of the sets that decides down to about −1.)
     pub mip_bias: f32,
     /// At this opacity a cone is given up, above 0 and at most 1.
     pub opacity_threshold: f32,

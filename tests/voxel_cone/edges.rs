@@ -331,29 +331,32 @@ fn gaps_of_a_cell_are_filled() {
 
 fn leak(thick: f32, between: Between) -> Vec<f64> {
     let voxel = 4.0 / 29.0;
-    [0.0, 0.2, 0.4, 0.6, 0.8]
+    [0.0, 0.2, 0.6]
         .map(|shift| {
             let a = 2.0 + shift * voxel;
             let world = upload(&divided_room([a, a + thick * voxel], between));
             dark_over_lit(between, |camera| {
                 let mut session = session(&world, camera, cells(32));
-                session.run(&world, 32);
+                session.run(&world, 20);
                 session.mean(&world, 8, Channel::Indirect).x
             })
         })
         .to_vec()
 }
 
-/// The places of `voxel-rt`'s leaks (tests/voxel_rt/edges.rs). Cones leak more, and how much is in the technique's
-/// documentation; these are bounds of what was found.
+/// The places of `voxel-rt`'s leaks (tests/voxel_rt/edges.rs). Cones leak more: an opaque voxel lets 4 % pass, steps cut its
+/// depth, and cones up to 5 % open are closed. Bounds of what was found; an open door lets light through.
 #[test]
 fn walls_keep_most_light_out() {
-    for (between, thick, bound) in
-        [(Between::Wall, 0.3, 0.25), (Between::Wall, 0.0, 0.25), (Between::Corner, 0.3, 0.1)]
-    {
+    for (between, thick, range) in [
+        (Between::Wall, 0.3, 0.0..0.13),
+        (Between::Wall, 0.0, 0.0..0.11),
+        (Between::Corner, 0.3, 0.0..0.03),
+        (Between::Door, 0.3, 0.15..0.5),
+    ] {
         let leaks = leak(thick, between);
         eprintln!("{between:?} of {thick} voxels: {leaks:.4?}");
-        assert!(leaks.iter().all(|&leak| leak < bound), "{between:?}, {thick}: {leaks:?}");
+        assert!(leaks.iter().all(|leak| range.contains(leak)), "{between:?}, {thick}: {leaks:?}");
     }
 }
 

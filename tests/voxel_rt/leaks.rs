@@ -36,10 +36,10 @@ pub fn divided_room(wall: [f32; 2], between: Between) -> Scene {
             meshes.push(quad(at(other), material));
         }
     };
-    wall_of(&across_x, a, b);
+    wall_of(&across_x, b, a);
     if is_corner {
         // (Seen from z the corners run the other way round.)
-        wall_of(&across_z, b, a);
+        wall_of(&across_z, a, b);
     }
     if between == Between::Door {
         meshes.push(quad([[a, 0.0, depth], [b, 0.0, depth], [b, 2.0, depth], [a, 2.0, depth]], 0));
