@@ -14,7 +14,7 @@ use crate::bindings::shadow_map::kernels::frame::direct as reader;
 use crate::bindings::shadow_map::lucerna::fields::shadow_maps::ShadowMaps as Uniform;
 use crate::bindings::shadow_map::lucerna::shadow::shadow_map::{ShadowFilter, ShadowView};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, GpuError};
+use crate::gpu::Gpu;
 use crate::gpu_scene::{GpuScene, RaySource};
 use crate::modules::shader_module;
 use crate::pass::buffer;
@@ -70,10 +70,20 @@ pub enum ShadowError {
     /// Prefiltered voxels in buffers, with which no kernel follows cones for shadows.
     #[error("shadows by cones need prefiltered voxels in textures")]
     Buffers,
-    /// A limit of the device.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
+    /// Maps that would fill a GPU.
+    #[error(
+        "{n} shadow maps of {resolution} x {resolution} texels take more than 2 GiB; use a smaller resolution or fewer lights"
+    )]
+    TooLarge {
+        /// Views of all lights together.
+        n: u32,
+        /// Texels along a map's side.
+        resolution: u32,
+    },
 }
+
+/// Bytes that all maps may take together.
+const MAX_BYTES: u64 = 2 << 30;
 
 /// The largest disc \[texels\]: its 32 points stand 11 texels apart then.
 const MAX_TEXELS: f32 = 64.0;
@@ -120,6 +130,10 @@ impl ShadowMaps {
         check(gpu, scene, &settings)?;
         let device = &gpu.device;
         let n_layers = views::views_of(scene).views.len().max(1) as u32;
+        let resolution = settings.resolution;
+        if 4 * u64::from(n_layers) * u64::from(resolution).pow(2) > MAX_BYTES {
+            return Err(ShadowError::TooLarge { n: n_layers, resolution });
+        }
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("shadow maps"),
             size: wgpu::Extent3d {
@@ -205,7 +219,8 @@ impl ShadowMaps {
     /// Draws the maps: in the first frame, and when lights or triangles have changed. At most once a submission.
     ///
     /// # Panics
-    /// If the scene's variant is another, or it has more lights than the one that this was made for.
+    /// If the scene's variant is another, or its lights need more views than those of the one that this was made for: there are more, or a
+    /// spot has become wider than 74° from its axis, which takes six.
     pub fn record(&self, frame: &mut Frame) {
         let (gpu, scene) = (frame.gpu, frame.scene);
         assert_eq!(self.variant, scene.raster_variant(), "compiled for another variant");

@@ -148,7 +148,7 @@ impl VoxelCone {
             occludes_specular: settings.occludes_specular && mirrors,
             ..settings
         };
-        let occlusion = OcclusionPass::new(gpu, &settings);
+        let occlusion = OcclusionPass::new(gpu, &pyramid, &settings);
         Ok(Self {
             fill: FillPass::new(gpu, &pyramid, buffers, &attributes, &settings),
             prefilter: PrefilterPass::new(gpu, &pyramid),
@@ -265,9 +265,7 @@ impl Technique for VoxelCone {
     }
 
     fn shade(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> Option<wgpu::TextureView> {
-        let cell = self.light.grid(0).cell;
-        let occlusion =
-            self.occlusion.as_mut().map(|occlusion| occlusion.record(frame, gbuffer, cell));
+        let occlusion = self.occlusion.as_mut().map(|occlusion| occlusion.record(frame, gbuffer));
         Some(self.shade.record(frame, gbuffer, occlusion.as_ref()))
     }
 }

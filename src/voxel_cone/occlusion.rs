@@ -1,6 +1,7 @@
 //! Occlusion close by, in the picture's depths: the kernels `voxel_cone/occlusion` and
 //! `voxel_cone/occlusion_resolve`.
 
+use super::pyramid::Pyramid;
 use super::settings::VoxelConeSettings;
 use super::shade::{openness_target, specular_spread};
 use crate::bindings::baseline::kernels::voxel_cone::occlusion as kernel;
@@ -19,15 +20,15 @@ pub(super) struct OcclusionPass {
     specular: Option<wgpu::ComputePipeline>,
     resolve: wgpu::ComputePipeline,
     info: wgpu::Buffer,
+    pyramid: wgpu::Buffer,
     resolve_info: wgpu::Buffer,
     groups: [BindGroupCache; 3],
-    settings: VoxelConeSettings,
     targets: Option<(UVec2, [wgpu::TextureView; 3])>,
 }
 
 impl OcclusionPass {
     /// None where neither is asked for.
-    pub fn new(gpu: &Gpu, settings: &VoxelConeSettings) -> Option<Self> {
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, settings: &VoxelConeSettings) -> Option<Self> {
         if !settings.occludes_diffuse && !settings.occludes_specular {
             return None;
         }
@@ -38,40 +39,39 @@ impl OcclusionPass {
         };
         let resolved = [None, Some(&resolve_layout)];
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let info = buffer(gpu, "voxel_cone/occlusion", 16, usage);
+        let of_cones = kernel::OcclusionInfo {
+            start_cells: settings.stepping.start_cells,
+            specular_spread: specular_spread(settings.specular),
+            reserved_a: 0,
+            reserved_b: 0,
+        };
+        gpu.queue.write_buffer(&info, 0, bytemuck::bytes_of(&of_cones));
         let resolve_info = buffer(gpu, "voxel_cone/occlusion_resolve", 16, usage);
-        let info = resolve::ResolveInfo {
+        let of_resolve = resolve::ResolveInfo {
             has_diffuse: u32::from(settings.occludes_diffuse),
             has_specular: u32::from(settings.occludes_specular),
             reserved_a: 0,
             reserved_b: 0,
         };
-        gpu.queue.write_buffer(&resolve_info, 0, bytemuck::bytes_of(&info));
+        gpu.queue.write_buffer(&resolve_info, 0, bytemuck::bytes_of(&of_resolve));
         Some(Self {
             diffuse: settings.occludes_diffuse.then(|| of_entry(kernel::ENTRY_DIFFUSE)),
             specular: settings.occludes_specular.then(|| of_entry(kernel::ENTRY_SPECULAR)),
             resolve: compute_pipeline(gpu, "voxel_cone/occlusion_resolve", "", &resolved),
-            info: buffer(gpu, "voxel_cone/occlusion", 16, usage),
+            info,
+            pyramid: pyramid.uniform().clone(),
             resolve_info,
             groups: Default::default(),
-            settings: *settings,
             targets: None,
         })
     }
 
     /// Records all passes and returns where openness will stand: r of the hemisphere, g of the mirror's cone.
-    ///
-    /// `cell`: of the finest level \[m\].
-    pub fn record(&mut self, frame: &mut Frame, gbuffer: &GBuffer, cell: f32) -> wgpu::TextureView {
+    pub fn record(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> wgpu::TextureView {
         let gpu = frame.gpu;
         let size = gbuffer.size();
         let [quarter, full, out] = self.targets(gpu, size);
-        let info = kernel::OcclusionInfo {
-            reach: self.settings.stepping.start_cells * cell,
-            specular_spread: specular_spread(self.settings.specular),
-            reserved_a: 0,
-            reserved_b: 0,
-        };
-        gpu.queue.write_buffer(&self.info, 0, bytemuck::bytes_of(&info));
         let uniform = frame.view.uniform();
         let layout = kernel::WgpuBindGroup1::get_bind_group_layout;
         let [of_diffuse, of_specular, of_resolve] = &mut self.groups;
@@ -91,6 +91,7 @@ impl OcclusionPass {
                         emission_texture: &gbuffer.emission,
                         depth_texture: &gbuffer.depth,
                         open: target,
+                        pyramid: self.pyramid.as_entire_buffer_binding(),
                     });
                 gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                     label: Some(label),
@@ -142,7 +143,10 @@ impl OcclusionPass {
             Some((of_size, targets)) if *of_size == size => targets.clone(),
             _ => {
                 let make = |size| openness_target(gpu, "occlusion", size);
-                let targets = [make((size + 1) / 2), make(size), make(size)];
+                // A pass that is not there has a texel.
+                let of = |pass: &Option<_>, size| if pass.is_some() { size } else { UVec2::ONE };
+                let quarter = of(&self.diffuse, (size + 1) / 2);
+                let targets = [make(quarter), make(of(&self.specular, size)), make(size)];
                 self.targets = Some((size, targets.clone()));
                 targets
             }

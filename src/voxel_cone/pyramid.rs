@@ -24,7 +24,7 @@ const ADVICE: &str =
 /// | volume | texels (bytes: 8 a texel) |
 /// |---|---|
 /// | base | (x + 2) · (y + 2) · n_faces (z + 2) a level, levels beside each other along y |
-/// | mips of odd and of even number | at most a fifth of that together |
+/// | mips of odd and of even number | about a fifth of that together |
 #[derive(Debug)]
 pub struct Pyramid {
     layout: PyramidLayout,
@@ -103,12 +103,21 @@ impl Pyramid {
     ///
     /// # Errors
     /// [`GpuError::TooLarge`], [`GpuError::VolumeTooLarge`]: a volume is larger than the device takes.
+    ///
+    /// # Panics
+    /// If there is no grid or more than 6, or one has no cell or more than 256 along an axis.
     pub fn new(
         gpu: &Gpu,
         grids: &[VoxelGrid],
         storage: PyramidStorage,
         squared_weights: bool,
     ) -> Result<Self, GpuError> {
+        assert!((1..=6).contains(&grids.len()), "1 to 6 grids");
+        let mut sizes = grids.iter().map(|grid| grid.size);
+        assert!(
+            sizes.all(|size| size.min_element() > 0 && size.max_element() <= 256),
+            "1 to 256 cells"
+        );
         let layout = layout_of(grids, squared_weights);
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let uniform = buffer(gpu, "voxel pyramid", size_of::<PyramidLayout>() as u64, usage);
@@ -156,6 +165,11 @@ impl Pyramid {
             .iter()
             .map(|size| TEXEL_BYTES * size.to_array().map(u64::from).iter().product::<u64>())
             .sum()
+    }
+
+    /// Where levels and mips stand: a [`PyramidLayout`].
+    pub(super) fn uniform(&self) -> &wgpu::Buffer {
+        &self.uniform
     }
 
     /// The variant that kernels need which read or make it.

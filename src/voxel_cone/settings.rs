@@ -31,10 +31,10 @@ pub enum FaceWeights {
 pub enum Specular {
     /// None; what they would reflect is missing.
     Off,
-    /// One cone as wide as the surface's roughness asks.
+    /// A direction drawn from the surface's lobe in each frame, with a cone of a third of the lobe's width.
     #[default]
     Roughness,
-    /// One cone of this aperture \[degrees\], above 0 and below 120; the source's is 10.
+    /// One cone of this aperture \[degrees\], 0.1 to 119; the source's is 10.
     Fixed(f32),
 }
 
@@ -46,7 +46,7 @@ pub struct ConeStepping {
     /// Added to the mip, −4 to 4. (A mip is limited by the height over the surface that the cone leaves, too, and for the wide
     /// cones of the sets that decides down to about −1.)
     pub mip_bias: f32,
-    /// At this opacity a cone is given up, above 0 and at most 1.
+    /// At this opacity a cone is given up, 0.01 to 1.
     pub opacity_threshold: f32,
     /// Where cones begin, along the normal \[cells\], 0 to 8.
     pub start_cells: f32,

@@ -36,7 +36,7 @@ fn depth_openness(view: FrameView, depths: texture_depth_2d, cone: Cone, jitter:
     var open = 1.0;
     let rise = max(dot(cone.normal, cone.direction), 0.05);
     for (var step = 0u; step < DEPTH_STEPS; step++) {
-        let share = (f32(step) + jitter + 0.25) / f32(DEPTH_STEPS);
+        let share = (f32(step) + mix(0.25, 1.0, jitter)) / f32(DEPTH_STEPS);
         // Close by steps are shorter.
         let t = cone.max_distance * share * share;
         let radius = max(min(0.5 * cone_width(cone, t), CLEARANCE * rise * t), 1e-6);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A cone, and how it is stepped through: C. Crassin et al., "Interactive Indirect Illumination Using
-//! Voxel Cone Tracing", 2011, §7.
+//! Voxel Cone Tracing", 2011.
 //!
 //! At distance t a cone of half aperture β is 2·t·tan β wide, and cells of that width are read: mip =
 //! log₂(width/cell). Two things are ours. A cell is never larger than the height over the plane that
@@ -46,8 +46,8 @@ const MIN_STEP: f32 = 0.5;
 /// Filtering spreads a wall one cell to both sides; so many cells before its middle, half of what it hides is hidden: of its
 /// depth of 3.25 (`cone::medium`), (1 − 0.35)²/2 lies in front, and e^(−3.25 · 0.21) = 0.5.
 const HALF_OF_WALL: f32 = 0.35;
-/// No cone takes more steps.
-const MAX_STEPS: u32 = 256u;
+/// No cone takes more steps: half a cell each along the diagonal of 256³ cells is 887.
+const MAX_STEPS: u32 = 1024u;
 
 /// The point on the axis at distance `t` [m].
 fn cone_point(cone: Cone, t: f32) -> vec3<f32> {

@@ -7,7 +7,7 @@
 //! centres. (With interpolated opacity, an opaque wall of one voxel lets more or less through by where it stands.)
 //!
 //! Along a piece of ray of length s: transmittance e^(−σs), emission (ε/σ)(1 − e^(−σs)); front to back
-//! as C. Crassin et al., "Interactive Indirect Illumination Using Voxel Cone Tracing", 2011, §7, which is
+//! as C. Crassin et al., "Interactive Indirect Illumination Using Voxel Cone Tracing", 2011, which is
 //! the same in opacities. Source of the equation: S. Chandrasekhar, "Radiative Transfer", 1960, §7.
 //!
 //! Symbols: σ extinction [m⁻¹], ε emission [W·sr⁻¹·m⁻³], L radiance [W·sr⁻¹·m⁻²], T transmittance.

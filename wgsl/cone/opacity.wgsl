@@ -14,14 +14,15 @@ const MIN_OPEN: f32 = 0.05;
 /// The opacity of the face that each axis shows, in [0, 1].
 ///
 /// `coverage`: of each axis's face, in [0, 1]; `depth`: how deep below it its surface lies, in [0, 1] cells; negative: that axis
-/// shows no face, or two. Concave corners alone are closed: there every face covers what the others leave open of it, and on
-/// convex edges (unless they run through the middle of the cell) it does not.
+/// shows no face, or two. Closed are concave corners alone: there every face covers what the others leave open of it. On a convex
+/// edge it covers the rest; more than CORNER_SHARE⁻¹ of what is open, or less than CORNER_SHARE, keeps its coverage. (An edge through
+/// the middle of its cell, or a plane that slants through it so, cannot be told from a corner.)
 fn corner_opacity(coverage: vec3<f32>, depth: vec3<f32>) -> vec3<f32> {
     let shown = depth >= vec3<f32>(0.0);
     let open = select(vec3<f32>(1.0), max(depth, vec3<f32>(MIN_OPEN)), shown);
     // Of a face, what the walls of the other two axes leave open.
     let before_walls = open.yzx * open.zxy;
-    let covers = coverage >= CORNER_SHARE * before_walls;
+    let covers = (coverage >= CORNER_SHARE * before_walls) & (CORNER_SHARE * coverage <= before_walls);
     let n_shown = countOneBits(u32(shown.x) | (u32(shown.y) << 1u) | (u32(shown.z) << 2u));
     if n_shown < 2u || !all(covers | !shown) {
         return coverage;

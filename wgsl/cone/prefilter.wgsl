@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Coarser voxels from finer ones, for one direction of view: C. Crassin et al., "Interactive Indirect
-//! Illumination Using Voxel Cone Tracing", 2011, §6.1 (anisotropic voxels).
+//! Illumination Using Voxel Cone Tracing", 2011 (anisotropic voxels).
 //!
 //! A parent has 2 × 2 × 2 children: four columns along the axis of view, each of a front and a back child.
 //! A column is the front one over the back one; the parent is the mean of the columns.

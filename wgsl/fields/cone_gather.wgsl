@@ -16,18 +16,16 @@
 struct Gathered {
     /// [W·m⁻²]
     irradiance: vec3<f32>,
-    /// Cosine-weighted share of the hemisphere in which nothing stands, in [0, 1].
-    openness: f32,
-    /// The same, as far as the distance asked about.
+    /// Cosine-weighted share of the hemisphere in which nothing stands as far as the distance asked about, in [0, 1].
     near_openness: f32,
-    n_steps: u32,
 }
 
 /// Gathers with `n_cones` (`cone::cone_set`) around `normal` (unit length), from a point on a surface [m].
 ///
 /// `plane`: the surface's own unit normal, along which cones leave it. `stream`, `sample_ix`: of the random numbers
 /// that turn each cone within its part of the hemisphere.
-/// `max_distance`, `near`: as of `trace_cone` [m].
+/// `max_distance`, `near`: as of `trace_cone`, from where the cones begin [m]. (So what they miss before that is made up for, in the
+/// mean, by what they find beyond.)
 fn gather_cones(
     position: vec3<f32>,
     plane: vec3<f32>,
@@ -53,9 +51,7 @@ fn gather_cones(
         let cone = Cone(position, spread, direction, max_distance, plane, offset);
         let found = trace_cone(cone, settings, near);
         out.irradiance += PI * member.weight * found.radiance;
-        out.openness += member.weight * found.transmittance;
         out.near_openness += member.weight * found.near_transmittance;
-        out.n_steps += found.n_steps;
     }
     return out;
 }

@@ -120,6 +120,7 @@ fn trace_cone(cone: Cone, settings: ConeSettings, near: f32) -> ConeResult {
         n_steps++;
         if 1.0 - light.transmittance >= settings.opacity_threshold {
             light = end_of_way(light, settings.opacity_threshold);
+            near_light = select(near_light, 0.0, near - HALF_OF_WALL * cells.matching > t);
             break;
         }
     }

@@ -36,14 +36,19 @@ fn has_map(light_ix: u32) -> bool {
 fn mapped_visibility(light_ix: u32, position: vec3<f32>, normal: vec3<f32>) -> f32 {
     let light = shadows.lights[light_ix];
     var view = light.x;
+    var filtering = shadows.filtering;
     if light.y == 6u {
         let offset = position - shadows.views[view].position;
         let size = abs(offset);
         var axis = select(1u, 0u, size.x >= size.y);
         axis = select(2u, axis, size[axis] >= size.z);
         view += 2u * axis + select(0u, 1u, offset[axis] < 0.0);
+        // A disc that left the view would miss what the next one sees.
+        let across = size / size[axis];
+        let rest = shadows.views[view].half_width - max(across[(axis + 1u) % 3u], across[(axis + 2u) % 3u]);
+        let texels = 0.5 * rest / shadows.views[view].half_width * f32(textureDimensions(shadow_textures).x);
+        filtering.max_texels = min(filtering.max_texels, max(texels, filtering.min_texels));
     }
-    var filtering = shadows.filtering;
     filtering.light_size = bitcast<f32>(light.z);
     let hash = pcg3d(bitcast<vec3<u32>>(position)).x;
     let turn = 6.2831853 * unit_float(hash);

@@ -3,8 +3,8 @@
 //!
 //! Depths are reversed: near/z for perspective views, 1 − (z − near)/range for parallel ones; 1 nearest, 0 farthest or
 //! nothing. (Reversed, 32-bit floats are spaced evenly over distance: N. Reed, "Depth Precision Visualized", 2015.)
-//! Whoever draws the map adds the slope's bias; a look-up moves its point along the surface's normal (D. Holbert, "Normal
-//! Offset Shadows", GDC 2011), so that no surface shades itself.
+//! Whoever draws the map adds the slope's bias; a look-up moves its point along the surface's normal (D. Holbert, "Saying
+//! 'Goodbye' to Shadow Acne", GDC 2011), so that no surface shades itself.
 //!
 //! Filters: PCF, percentage-closer filtering over a disc (W. Reeves, D. Salesin, R. Cook, SIGGRAPH 1987); PCSS,
 //! percentage-closer soft shadows (R. Fernando, SIGGRAPH 2005): the disc is as wide as the penumbra of a light of
@@ -45,6 +45,8 @@ struct ShadowFilter {
     normal_offset: f32,
 }
 
+/// A surface counts as no more slanted than this towards the light, as the cosine (3°).
+const MIN_FACING: f32 = 0.05;
 /// Points of the disc.
 const N_TAPS: u32 = 32u;
 /// The golden angle [rad]: H. Vogel, "A better way to construct the sunflower head", 1979.
@@ -58,14 +60,27 @@ struct ShadowPoint {
     plane: vec2<f32>,
     /// [m]
     z: f32,
+    /// How the reversed depth of the surface's own plane changes with the coordinates.
+    gradient: vec2<f32>,
 }
 
-/// Where a view sees a point [m].
-fn shadow_point(view: ShadowView, position: vec3<f32>) -> ShadowPoint {
+/// Where a view sees a point [m] of a surface with this normal (unit length, towards the light).
+///
+/// Reversed depth is linear over a plane: with the ray r = forward + x·right + y·up through (x, y), near/z is
+/// near·(n·r)/(n·offset), and of parallel views z changes by −(n·right)/(n·forward). A wide filter that compared all of its disc with the
+/// point's own depth would find slanted surfaces before themselves.
+fn shadow_point(view: ShadowView, position: vec3<f32>, normal: vec3<f32>) -> ShadowPoint {
     let offset = position - view.position;
     let z = dot(offset, view.forward);
     let across = vec2<f32>(dot(offset, view.right), dot(offset, view.up));
-    return ShadowPoint(select(across / z, across, view.range > 0.0), z);
+    let lean = vec2<f32>(dot(normal, view.right), dot(normal, view.up));
+    if view.range > 0.0 {
+        let facing = min(dot(normal, view.forward), -MIN_FACING);
+        return ShadowPoint(across, z, lean / (facing * view.range));
+    }
+    let ray = offset / z;
+    let facing = min(dot(normal, ray), -MIN_FACING * length(ray));
+    return ShadowPoint(across / z, z, (view.near / z) * lean / facing);
 }
 
 /// Reversed depth at distance z [m].
@@ -120,8 +135,10 @@ fn filtered_visibility(
     let depth = shadow_depth(view, at.z);
     var sum = 0.0;
     for (var ix = 0u; ix < N_TAPS; ix++) {
-        let uv = map_coordinates(view, at.plane + radius * disc_tap(ix, turn));
-        sum += textureSampleCompareLevel(maps, compare, uv, view.layer, depth);
+        let tap = radius * disc_tap(ix, turn);
+        let uv = map_coordinates(view, at.plane + tap);
+        let receiver = depth + dot(at.gradient, tap);
+        sum += textureSampleCompareLevel(maps, compare, uv, view.layer, receiver);
     }
     return sum / f32(N_TAPS);
 }
@@ -139,11 +156,12 @@ fn blocker_distance(
     var sum = 0.0;
     var n = 0.0;
     for (var ix = 0u; ix < N_TAPS; ix++) {
-        let uv = map_coordinates(view, at.plane + radius * disc_tap(ix, turn));
+        let tap = radius * disc_tap(ix, turn);
+        let uv = map_coordinates(view, at.plane + tap);
         let texel = vec2<i32>(floor(uv * vec2<f32>(size)));
         if all(texel >= vec2<i32>(0)) && all(texel < size) {
             let found = textureLoad(maps, texel, view.layer, 0);
-            if found > depth {
+            if found > depth + dot(at.gradient, tap) {
                 sum += distance_of_depth(view, found);
                 n += 1.0;
             }
@@ -179,7 +197,7 @@ fn shadow_visibility(
         return 1.0;
     }
     let moved = position + normal * (filtering.normal_offset * texel_width(view, z, size));
-    let at = shadow_point(view, moved);
+    let at = shadow_point(view, moved, normal);
     if any(abs(at.plane) > vec2<f32>(view.half_width)) || !(at.z > view.near) {
         return 1.0;
     }

@@ -50,7 +50,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     let packed_cell = structure[slot_word(level, record / n_faces)].x;
     let face = record % n_faces;
-    let hash = pcg(packed_cell ^ (face << 30u) ^ (face >> 2u));
+    let hash = pcg(packed_cell ^ pcg(face + 8u * info.level));
     if (info.frame + hash) % info.period != 0u {
         return;
     }

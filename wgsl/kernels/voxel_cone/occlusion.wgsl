@@ -9,6 +9,7 @@
 #import lucerna::cone::cone_set::{drawn_cone_of_set, set_spread}
 #import lucerna::cone::depth_cone::depth_openness
 #import lucerna::cone::march::{Cone, cells_across, spread_of_ggx}
+#import lucerna::cone::pyramid::{PyramidLayout, pyramid_weight}
 #import lucerna::frame::gbuffer::{GBufferSurface, GBufferTexels, decode_gbuffer}
 #import lucerna::frame::view::FrameView
 #import lucerna::math::frame::frame_from_normal
@@ -20,8 +21,8 @@ const WORKGROUP: u32 = 8u;
 const N_CONES: u32 = 5u;
 
 struct OcclusionInfo {
-    /// Where voxel cones begin over a surface across an axis [m].
-    reach: f32,
+    /// Where voxel cones begin over a surface across an axis [cells of the finest level there].
+    start_cells: f32,
     /// tan of half the aperture of the mirror's cone; 0: from the roughness.
     specular_spread: f32,
     reserved_a: u32,
@@ -36,6 +37,20 @@ struct OcclusionInfo {
 @group(1) @binding(5) var depth_texture: texture_depth_2d;
 /// r: share that is open, of the hemisphere weighted by the cosine.
 @group(1) @binding(6) var open: texture_storage_2d<rgba8unorm, write>;
+
+@group(1) @binding(7) var<uniform> pyramid: PyramidLayout;
+
+/// Where voxel cones begin over a surface point [m].
+fn reach_at(position: vec3<f32>, normal: vec3<f32>) -> f32 {
+    var cell = pyramid.levels[pyramid.n_levels - 1u].cell;
+    for (var ix = pyramid.n_levels - 1u; ix > 0u; ix--) {
+        let level = pyramid.levels[ix - 1u];
+        if pyramid_weight(level, 0.0, (position - level.origin) / level.cell) > 0.0 {
+            cell = level.cell;
+        }
+    }
+    return info.start_cells * cell * cells_across(normal);
+}
 
 /// What stands in a pixel.
 fn surface_of(pixel: vec2<u32>) -> GBufferSurface {
@@ -61,8 +76,9 @@ fn diffuse(@builtin(global_invocation_id) id: vec3<u32>) {
         let hash = pcg3d(vec3<u32>(pixel, view.seed)).y;
         let jitter = unit_float(pcg(hash + view.frame));
         let normal = surface.geometric_normal;
-        let reach = info.reach * cells_across(normal);
+        let reach = reach_at(surface.position, normal);
         sum = 0.0;
+        var weights = 0.0;
         for (var ix = 0u; ix < N_CONES; ix++) {
             let member = drawn_cone_of_set(N_CONES, ix, sobol_owen(view.frame, pcg(hash + ix)));
             let direction = basis * member.direction;
@@ -71,8 +87,11 @@ fn diffuse(@builtin(global_invocation_id) id: vec3<u32>) {
                 let spread = set_spread(N_CONES);
                 let cone = Cone(surface.position, spread, direction, reach / max(rise, 0.3), normal, 0.0);
                 sum += member.weight * depth_openness(view, depth_texture, cone, jitter);
+                weights += member.weight;
             }
         }
+        // (What a bent normal leads below the surface is dark to the voxels' cones already.)
+        sum = select(1.0, sum / weights, weights > 0.0);
     }
     textureStore(open, id.xy, vec4<f32>(sum, 0.0, 0.0, 0.0));
 }
@@ -91,7 +110,7 @@ fn specular(@builtin(global_invocation_id) id: vec3<u32>) {
         if rise > 0.0 {
             let alpha = surface.roughness * surface.roughness;
             let spread = select(info.specular_spread, spread_of_ggx(alpha), info.specular_spread == 0.0);
-            let reach = info.reach * cells_across(normal) / max(rise, 0.3);
+            let reach = reach_at(surface.position, normal) / max(rise, 0.3);
             let cone = Cone(surface.position, spread, direction, reach, normal, 0.0);
             let jitter = unit_float(pcg(pcg3d(vec3<u32>(id.xy, view.seed)).z + view.frame));
             found = depth_openness(view, depth_texture, cone, jitter);

@@ -32,9 +32,12 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
     let volume = volume_of_mip(info.mip - 1u);
     for (var face = 0u; face < pyramid.n_faces; face++) {
         var sum = vec4<f32>(0.0);
-        for (var column = 0u; column < 4u; column++) {
-            let front = 2u * cell + child_offset(face, column, 0u);
-            let back = 2u * cell + child_offset(face, column, 1u);
+        // One value for all sides is the mean of what all sides would see.
+        let n_sides = select(1u, 6u, pyramid.n_faces == 1u);
+        for (var ix = 0u; ix < 4u * n_sides; ix++) {
+            let side = select(face, ix >> 2u, n_sides == 6u);
+            let front = 2u * cell + child_offset(side, ix & 3u, 0u);
+            let back = 2u * cell + child_offset(side, ix & 3u, 1u);
             sum = add_column(
                 sum,
                 child(children, volume, face, front),
@@ -42,7 +45,7 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
             );
         }
         let place = texel_of_cell(parent, face, vec3<i32>(cell));
-        store_texel(volume_of_mip(info.mip), place, parent_of_columns(sum));
+        store_texel(volume_of_mip(info.mip), place, parent_of_columns(sum / f32(n_sides)));
     }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Host seam: how much of a light a surface point sees, by a cone through prefiltered voxels: soft shadows of lights with
-//! extent from few samples (C. Crassin et al., "Interactive Indirect Illumination Using Voxel Cone Tracing", 2011, §5).
+//! extent from few samples (C. Crassin et al., "Interactive Indirect Illumination Using Voxel Cone Tracing", 2011).
 //!
 //! Interface: `light_visibility`.
 #define_import_path lucerna::host::visibility
@@ -28,7 +28,8 @@ fn light_visibility(
     let cell = finest_cell(position);
     let spread = max(spread_of_solid_angle(solid_angle), MIN_SPREAD);
     let offset = SHADOW_STEPPING.start_cells * cell * cells_across(normal);
-    let reach = max(light.distance - END_CELLS * cell, 0.0) / (1.0 + END_WIDTHS * 2.0 * spread);
+    let end = END_CELLS * max(cell, finest_cell(light.place));
+    let reach = max(light.distance - end, 0.0) / (1.0 + END_WIDTHS * 2.0 * spread);
     let cone = Cone(position, spread, light.direction, reach, normal, offset);
     return trace_cone(cone, SHADOW_STEPPING, 0.0).transmittance;
 }
