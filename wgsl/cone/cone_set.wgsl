@@ -39,6 +39,7 @@ struct SetPart {
     place: f32,
 }
 
+/// Part `ix` of n (`cone_of_set`).
 fn part_of_set(n: u32, ix: u32) -> SetPart {
     let share = 1.0 / f32(n);
     let first = 1.0 - share;

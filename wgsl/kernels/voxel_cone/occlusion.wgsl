@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! How much is open close by, in the picture's depths: what voxel cones skip, from the surface to where they begin.
 //!
-//! * `diffuse`: of the hemisphere, at a quarter of the pixels. Dispatch: ceil(width/16) × ceil(height/16) × 1.
-//! * `specular`: of the mirror's cone (screen-space specular occlusion). Dispatch: ceil(width/8) × ceil(height/8) × 1.
+//! * `diffuse`: of the hemisphere, at a quarter of the pixels.
+//! * `specular`: of the mirror's cone (screen-space specular occlusion).
+//!
+//! Dispatch: diffuse ceil(width/16) × ceil(height/16) × 1, specular ceil(width/8) × ceil(height/8) × 1.
 //!
 //! Workgroup memory: none. Each invocation owns a texel of `open`.
 

@@ -11,6 +11,7 @@
 @group(2) @binding(1) var<storage, read> source: array<vec2<u32>>;
 @group(2) @binding(2) var<storage, read_write> target_volume: array<vec2<u32>>;
 
+/// Where a texel stands in its volume, x fastest.
 fn index_of(volume: u32, place: vec3<u32>) -> u32 {
     var size = pyramid.volume_base;
     if volume == 1u {
