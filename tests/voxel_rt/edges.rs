@@ -219,7 +219,7 @@ fn leak(wall: [f32; 2], between: Between) -> f64 {
 }
 
 /// Of the lit room's light less than 2 % arrives behind what is `thick` voxels thick (a voxel is 4 m/29 =
-/// 0.14 m), wherever it stands within its cell, as the issue of the technique asks. Nothing at all should.
+/// 0.14 m), wherever it stands within its cell. Nothing at all should.
 fn keeps_light_out(between: Between, thick: f32) {
     let voxel = 4.0 / 29.0;
     let leaks = [0.0, 0.2, 0.4, 0.6, 0.8].map(|shift| {

@@ -24,8 +24,8 @@ enum Reflections {
     UpTo(i32),
 }
 
-/// The mean of the indirect light, which is L_e·Σ ρᵏ from k = 2 on, within 2 %, as the issue of the
-/// technique asks; each pixel within 5 %, for some noise is left in it.
+/// The mean of the indirect light, which is L_e·Σ ρᵏ from k = 2 on, within 2 %; each
+/// pixel within 5 %, for some noise is left in it.
 fn converges(world: &Scene, n_frames: u32, reflections: Reflections, settings: VoxelRtSettings) {
     let rho = f64::from(world.materials[0].base_color[0]);
     let world = upload(world);
