@@ -2,7 +2,7 @@
 
 use crate::harness::{gpu, read};
 use crate::leaks::{Between, dark_over_lit, divided_room};
-use crate::session::{SIDE, camera, upload};
+use crate::session::{SIDE, camera, lit_room, upload};
 use crate::support::{floor, lambert, room, scene};
 use crate::{cells, session};
 use glam::{UVec2, UVec3, Vec3};
@@ -14,16 +14,6 @@ use lucerna::voxel_cone::{
     VoxelConeSettings,
 };
 use lucerna::voxel_rt::Bounces;
-
-fn lit_room() -> Scene {
-    let mut world = scene(room([2.0, 1.0, 3.0], 0), vec![lambert([0.6, 0.5, 0.4])]);
-    world.lights.push(Light::Point {
-        position: Vec3::new(1.1, 0.8, 1.3),
-        intensity: Vec3::ONE,
-        range: None,
-    });
-    world
-}
 
 fn eye() -> Camera {
     camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4])

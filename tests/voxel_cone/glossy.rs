@@ -29,7 +29,7 @@ fn indirect(of: &Fixture, settings: VoxelConeSettings) -> Vec<Vec3> {
     session.picture(&of.on_gpu, 16, Channel::Indirect)
 }
 
-/// Energy of what the floor mirrors (the red channel less the blue one: only the wall is red), and where its middle is [pixels].
+/// Energy of what the floor mirrors (the red channel less the blue one: only the panel is red), and where its middle is [pixels].
 fn highlight(picture: &[Vec3]) -> (f32, f32, f32) {
     // The lower half is floor.
     let (mut sum, mut x_sum, mut y_sum) = (0.0, 0.0, 0.0);
@@ -46,7 +46,7 @@ fn highlight(picture: &[Vec3]) -> (f32, f32, f32) {
 }
 
 /// A lit red panel over a rough metal floor: its mirror image stands where the path tracer's does, within a pixel of 24, and has
-/// its energy within 20 %. Without specular light it is missing.
+/// its energy within 20 %; with the source's single cone within 25 %. Without specular light it is missing.
 #[test]
 fn a_panel_is_mirrored_in_a_glossy_floor() {
     let fixture = fixture();
@@ -65,7 +65,7 @@ fn a_panel_is_mirrored_in_a_glossy_floor() {
     assert!((found.0 / expected.0 - 1.0).abs() < 0.2, "{found:?} for {expected:?}");
     assert!((found.1 - expected.1).abs() < 1.0 && (found.2 - expected.2).abs() < 1.0);
     assert!(without.0 < 0.3 * expected.0, "{without:?}");
-    assert!(fixed.0 != found.0);
+    assert!(fixed.0 != found.0 && (fixed.0 / expected.0 - 1.0).abs() < 0.25, "{fixed:?}");
 }
 
 /// The block stands closer than where cones begin, so that it is missing from what they mirror: screen-space specular

@@ -3,7 +3,7 @@
 use crate::furnace::EMISSION;
 use crate::harness::{gpu, read};
 use crate::leaks::{Between, dark_over_lit, divided_room};
-use crate::session::{SIDE, Session, camera, upload};
+use crate::session::{SIDE, Session, camera, lit_room, upload};
 use crate::support::{lambert, room, scene};
 use glam::{Affine3A, UVec2, Vec3, Vec4};
 use lucerna::reference::{Channel, ReferenceSettings, resolve};
@@ -12,16 +12,6 @@ use lucerna::voxel_rt::{
     Bounces, Change, DirectLight, Lookup, RaysInjected, VoxelRt, VoxelRtError, VoxelRtSettings,
     WriteStrategy,
 };
-
-fn lit_room() -> Scene {
-    let mut world = scene(room([2.0, 1.0, 3.0], 0), vec![lambert([0.6, 0.5, 0.4])]);
-    world.lights.push(Light::Point {
-        position: Vec3::new(1.1, 0.8, 1.3),
-        intensity: Vec3::ONE,
-        range: None,
-    });
-    world
-}
 
 fn small(resolution: u32) -> VoxelRtSettings {
     VoxelRtSettings { resolution, ..Default::default() }

@@ -1,11 +1,12 @@
 //! Frames of a technique over scenes that may change between them.
 
 use crate::harness::{gpu, read};
+use crate::support::{lambert, room, scene};
 use glam::{DVec3, UVec2, Vec3};
 use lucerna::frame::{DirectSettings, Frame, FramePasses, Technique, View, ViewSettings};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::reference::{Channel, PixelSums, resolve};
-use lucerna::scene::{Camera, Projection, Scene};
+use lucerna::scene::{Camera, Light, Projection, Scene};
 use lucerna::voxel_rt::{VoxelRt, VoxelRtSettings};
 
 pub const SIDE: u32 = 24;
@@ -15,6 +16,17 @@ pub fn upload(scene: &Scene) -> GpuScene {
     let options = GpuSceneOptions { diffuse_only: true, ..Default::default() };
     let last = scene.instances.len().saturating_sub(1);
     GpuScene::with_moving(gpu(), scene, options, &|instance| instance == last).unwrap()
+}
+
+/// A room of 2 m × 1 m × 3 m with a point light.
+pub fn lit_room() -> Scene {
+    let mut world = scene(room([2.0, 1.0, 3.0], 0), vec![lambert([0.6, 0.5, 0.4])]);
+    world.lights.push(Light::Point {
+        position: Vec3::new(1.1, 0.8, 1.3),
+        intensity: Vec3::ONE,
+        range: None,
+    });
+    world
 }
 
 pub fn camera(eye: [f32; 3], target: [f32; 3]) -> Camera {
