@@ -4,7 +4,7 @@
 //! folder of temporary files if it is not named.
 
 use glam::UVec2;
-use lucerna::blocking::{open, read_film, render_reference};
+use lucerna::blocking::{open, render_reference};
 use lucerna::gpu::AdapterChoice;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::picture::PngOptions;
@@ -33,8 +33,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         irradiance: false,
         occlusion_distance: 0.0,
     };
-    let (film, stats) = render_reference(&gpu, &scene, camera, &settings, 16, |_| true)?;
-    let picture = resolve(&read_film(&gpu, &film)?, size, Channel::Beauty);
+    let (sums, stats) = render_reference(&gpu, &scene, camera, &settings, 16, |_| true)?;
+    let picture = resolve(&sums, size, Channel::Beauty);
 
     let output = std::env::args_os()
         .nth(1)

@@ -3,7 +3,9 @@
 use crate::frame::{DirectSettings, Frame, FramePasses, PassTimers, Technique, View, ViewSettings};
 use crate::gpu::{AdapterChoice, Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
-use crate::reference::{Film, PathTracer, PixelSums, ReferenceSettings, Work};
+use crate::reference::{
+    Film, LongSums, PathCounts, PathTracer, PixelSums, ReferenceSettings, UnfinishedPaths, Work,
+};
 use crate::scene::Camera;
 use std::time::{Duration, Instant};
 
@@ -50,7 +52,7 @@ pub fn read_buffer(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, LostGpu>
     Ok(view.to_vec())
 }
 
-/// The film's sums, row by row.
+/// The film's sums, row by row, lane by lane.
 ///
 /// # Errors
 /// The device was lost.
@@ -83,6 +85,10 @@ pub struct RenderStats {
     pub n_samples: u32,
     /// Dispatches.
     pub n_dispatches: u32,
+    /// Of these, those that took up what the driver had not let the one before finish.
+    pub n_continued: u32,
+    /// Samples that were given up ([`PathCounts::n_cut`]): their light is missing in the picture.
+    pub n_cut: u32,
     /// Sum of the passes' GPU timestamps; none where the device has no timestamps.
     pub gpu_time: Option<Duration>,
     /// From the first dispatch to the last answer.
@@ -91,17 +97,49 @@ pub struct RenderStats {
     pub stopped: bool,
 }
 
+/// The reference could not be rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum ReferenceError {
+    /// The device was lost.
+    #[error(transparent)]
+    Lost(#[from] LostGpu),
+    /// Samples are missing.
+    #[error(
+        "pixel {x}, {y} has {found} samples, and {expected} were asked for: the driver ran the path tracer's loops otherwise than written; try another adapter or driver (--adapter), and please report it"
+    )]
+    Incomplete {
+        /// Column of the first such pixel.
+        x: u32,
+        /// Its row.
+        y: u32,
+        /// Samples in the film.
+        found: u32,
+        /// Samples asked for.
+        expected: u32,
+    },
+}
+
 /// How long a dispatch should take: far below the two seconds after which desktop systems reset a
 /// GPU, long enough that starting it costs nothing.
 const DISPATCH_TIME: Duration = Duration::from_millis(150);
 
+/// Pixels that fill a device; in smaller pictures several invocations share a pixel's samples. A number of pictures' sizes alone:
+/// the same picture has the same bytes on every machine that rounds alike.
+const PIXELS_AT_ONCE: u64 = 1 << 16;
+/// Invocations that share a pixel at most.
+const MAX_LANES: u64 = 64;
+
+/// Samples of a pixel that one invocation adds in 32-bit floats; then the film is read, and goes on from zero. (Sums of n
+/// numbers of one size are right to n·2⁻²⁵ of themselves at worst: 3e-5 here.)
+const MAX_SUMMED: u32 = 1024;
+
 /// Renders `n_samples` of each pixel, in dispatches of about 150 ms, pass by pass over the whole
-/// picture, and returns the film.
+/// picture, and returns its sums, row by row.
 ///
 /// `keep_going` is asked after each dispatch; once it says no the picture is left as it is.
 ///
 /// # Errors
-/// The device was lost.
+/// [`ReferenceError`]: the device was lost, or a pixel has not received its samples.
 pub fn render_reference(
     gpu: &Gpu,
     scene: &GpuScene,
@@ -109,12 +147,16 @@ pub fn render_reference(
     settings: &ReferenceSettings,
     n_samples: u32,
     mut keep_going: impl FnMut(Progress) -> bool,
-) -> Result<(Film, RenderStats), LostGpu> {
+) -> Result<(Vec<PixelSums>, RenderStats), ReferenceError> {
     let tracer = PathTracer::new(gpu, scene);
-    let film = Film::new(gpu, settings.size);
+    let n_pixels = u64::from(settings.size.x) * u64::from(settings.size.y);
+    let n_lanes = (PIXELS_AT_ONCE / n_pixels).clamp(1, MAX_LANES) as u32;
+    let film = Film::with_lanes(gpu, settings.size, n_lanes);
+    let unfinished = UnfinishedPaths::new(gpu, &film);
     let timer = PassTimer::new(gpu);
-    let pixels = u64::from(settings.size.x) * u64::from(settings.size.y);
-    let total = pixels * u64::from(n_samples);
+    let max_summed = MAX_SUMMED * n_lanes;
+    let mut sums = LongSums::new(n_pixels as usize);
+    let total = n_pixels * u64::from(n_samples);
     let mut stats =
         RenderStats { gpu_time: timer.as_ref().map(|_| Duration::ZERO), ..Default::default() };
     let mut done = 0;
@@ -122,10 +164,12 @@ pub fn render_reference(
     // Pixel samples a dispatch; the first ones are small, for their speed is not known.
     let mut budget = 4096.0f64;
     let mut first_sample = 0;
-    'samples: while first_sample < n_samples {
+    while first_sample < n_samples && !stats.stopped {
         // Whole rows, as many as the budget holds; several samples at once when it holds the picture.
-        let batch = ((budget / pixels as f64) as u32).clamp(1, n_samples - first_sample);
-        for stripe in 0..film.stripes().len() {
+        let batch = ((budget / n_pixels as f64) as u32)
+            .clamp(1, n_samples - first_sample)
+            .min(max_summed - first_sample % max_summed);
+        'picture: for stripe in 0..film.stripes().len() {
             let (mut row, n_rows) =
                 (film.stripes()[stripe].first_row, film.stripes()[stripe].n_rows);
             let end = row + n_rows;
@@ -135,39 +179,91 @@ pub fn render_reference(
                     .next_multiple_of(8)
                     .clamp(8, (end - row).max(8));
                 let rows = rows.min(end - row);
-                let work =
-                    Work { stripe, first_row: row, n_rows: rows, first_sample, n_samples: batch };
+                let mut work = Work {
+                    stripe,
+                    first_row: row,
+                    n_rows: rows,
+                    first_sample,
+                    n_samples: batch,
+                    continues: false,
+                };
                 let begun = Instant::now();
-                let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                let writes = timer.as_ref().map(PassTimer::writes);
-                tracer.record(gpu, &mut encoder, scene, &film, camera, settings, work, writes);
-                if let Some(timer) = &timer {
-                    timer.resolve(&mut encoder);
-                }
-                gpu.queue.submit([encoder.finish()]);
-                match (&timer, &mut stats.gpu_time) {
-                    (Some(timer), Some(sum)) => *sum += timer.read(gpu)?,
-                    _ => wait(gpu)?,
+                loop {
+                    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                    let writes = timer.as_ref().map(PassTimer::writes);
+                    tracer.record(
+                        gpu,
+                        &mut encoder,
+                        scene,
+                        &film,
+                        &unfinished,
+                        camera,
+                        settings,
+                        work,
+                        writes,
+                    );
+                    if let Some(timer) = &timer {
+                        timer.resolve(&mut encoder);
+                    }
+                    gpu.queue.submit([encoder.finish()]);
+                    let counts = read_path_counts(gpu, &unfinished)?;
+                    if let (Some(timer), Some(sum)) = (&timer, &mut stats.gpu_time) {
+                        *sum += timer.read(gpu)?;
+                    }
+                    stats.n_dispatches += 1;
+                    stats.n_continued += u32::from(work.continues);
+                    stats.n_cut = counts.n_cut;
+                    work.continues = true;
+                    if counts.n_unfinished == 0 {
+                        break;
+                    }
                 }
                 let samples = u64::from(rows) * u64::from(settings.size.x) * u64::from(batch);
                 done += samples;
                 row += rows;
-                stats.n_dispatches += 1;
                 // At most eight times as much as the last: the first dispatch also compiles.
                 let ideal =
                     samples as f64 * DISPATCH_TIME.as_secs_f64() / begun.elapsed().as_secs_f64();
                 budget = ideal.min(samples as f64 * 8.0).max(1024.0);
                 if !keep_going(Progress { done, total }) && done < total {
                     stats.stopped = true;
-                    break 'samples;
+                    break 'picture;
                 }
             }
         }
         first_sample += batch;
-        stats.n_samples = first_sample;
+        if first_sample.is_multiple_of(max_summed) || first_sample >= n_samples || stats.stopped {
+            sums.add(&read_film(gpu, &film)?, n_lanes);
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            film.clear(&mut encoder);
+            gpu.queue.submit([encoder.finish()]);
+        }
+        if !stats.stopped {
+            stats.n_samples = first_sample;
+        }
     }
     stats.wall_time = started.elapsed();
-    Ok((film, stats))
+    let sums = sums.rounded();
+    // Where it was stopped, some pixels have a batch more.
+    let is_right = |n: u32| if stats.stopped { n >= stats.n_samples } else { n == n_samples };
+    if let Some(ix) = sums.iter().position(|pixel| !is_right(pixel.n_samples)) {
+        return Err(ReferenceError::Incomplete {
+            x: ix as u32 % settings.size.x,
+            y: ix as u32 / settings.size.x,
+            found: sums[ix].n_samples,
+            expected: stats.n_samples,
+        });
+    }
+    Ok((sums, stats))
+}
+
+/// What the last dispatch of the path tracer reported.
+///
+/// # Errors
+/// The device was lost.
+pub fn read_path_counts(gpu: &Gpu, unfinished: &UnfinishedPaths) -> Result<PathCounts, LostGpu> {
+    let bytes = read_buffer(gpu, unfinished.counts())?;
+    Ok(bytemuck::pod_read_unaligned(&bytes[..size_of::<PathCounts>()]))
 }
 
 /// What rendering frames took.

@@ -37,10 +37,10 @@
 //! let size = glam::UVec2::new(32, 32);
 //! let settings =
 //!     ReferenceSettings { size, n_bounces: 4, seed: 0, irradiance: false, occlusion_distance: 0.0 };
-//! let (film, _) = blocking::render_reference(
+//! let (sums, _) = blocking::render_reference(
 //!     &gpu, &gpu_scene, &scene.cameras[0], &settings, 4, |_progress| true,
 //! )?;
-//! let picture = resolve(&blocking::read_film(&gpu, &film)?, size, Channel::Beauty);
+//! let picture = resolve(&sums, size, Channel::Beauty);
 //! assert_eq!(picture.rgb.len(), 32 * 32);
 //! # Ok(())
 //! # }

@@ -9,7 +9,7 @@ use super::progress::Meter;
 use super::scene_args::{AdapterArguments, Prepared, SceneArguments};
 use clap::Args;
 use glam::UVec2;
-use lucerna::blocking::{read_film, render_reference};
+use lucerna::blocking::render_reference;
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::picture::{PngOptions, ToneMap, write_whole_file};
@@ -244,14 +244,21 @@ fn trace(
         );
     }
     let mut meter = Meter::new("path tracing");
-    let (film, stats) =
+    let (sums, stats) =
         render_reference(&gpu, &gpu_scene, &camera, &settings, n_samples, |progress| {
             meter.show(progress.done, progress.total);
             !interrupted.load(Ordering::Relaxed)
         })?;
     meter.finish();
-    let sums = read_film(&gpu, &film)?;
     let rejected: u64 = sums.iter().map(|pixel| u64::from(pixel.n_rejected)).sum();
+    let n_cut = u64::from(stats.n_cut);
+    if n_cut > 0 {
+        errln!(
+            "warning: {n_cut} of {} samples were given up and their light is missing: one ray of theirs takes more steps than this driver lets a loop take (65535)",
+            u64::from(stats.n_samples) * u64::from(size.x) * u64::from(size.y)
+        );
+    }
+    let rejected = rejected.saturating_sub(n_cut);
     if rejected > 0 {
         errln!("warning: {rejected} samples were not finite and were left out");
     }
@@ -260,6 +267,7 @@ fn trace(
         let pass = serde_json::json!({
             "name": "reference/path_trace",
             "dispatches": stats.n_dispatches,
+            "dispatches_continued": stats.n_continued,
             "gpu_ms": stats.gpu_time.map(|time| time.as_secs_f64() * 1e3),
         });
         let count = ("samples_per_pixel", stats.n_samples);

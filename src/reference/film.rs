@@ -13,6 +13,7 @@ const STRIPE_PIXELS: u32 = 1 << 20;
 #[derive(Debug)]
 pub struct Film {
     size: UVec2,
+    n_lanes: u32,
     stripes: Vec<Stripe>,
 }
 
@@ -23,28 +24,39 @@ pub struct Stripe {
     pub first_row: u32,
     /// Rows.
     pub n_rows: u32,
-    /// [`PixelSums`] row by row; zeroed at first.
+    /// [`PixelSums`] row by row, the lanes of a pixel beside each other; zeroed at first.
     pub sums: wgpu::Buffer,
 }
 
 impl Film {
     /// A black film. `size`: at least 1×1.
     pub fn new(gpu: &Gpu, size: UVec2) -> Self {
-        let rows = (STRIPE_PIXELS / size.x).max(1);
+        Self::with_lanes(gpu, size, 1)
+    }
+
+    /// As [`Self::new`], with `n_lanes` (at least 1) sums for each pixel, which share its samples: small pictures else
+    /// have too few pixels for all of a device.
+    pub fn with_lanes(gpu: &Gpu, size: UVec2, n_lanes: u32) -> Self {
+        let rows = (STRIPE_PIXELS / (size.x * n_lanes)).max(1);
         let stripes = (0..size.y)
             .step_by(rows as usize)
             .map(|first_row| {
                 let n_rows = rows.min(size.y - first_row);
                 let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("pixel sums"),
-                    size: u64::from(n_rows) * u64::from(size.x) * size_of::<PixelSums>() as u64,
-                    usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+                    size: u64::from(n_rows)
+                        * u64::from(size.x)
+                        * u64::from(n_lanes)
+                        * size_of::<PixelSums>() as u64,
+                    usage: wgpu::BufferUsages::STORAGE
+                        | wgpu::BufferUsages::COPY_SRC
+                        | wgpu::BufferUsages::COPY_DST,
                     mapped_at_creation: false,
                 });
                 Stripe { first_row, n_rows, sums }
             })
             .collect();
-        Self { size, stripes }
+        Self { size, n_lanes, stripes }
     }
 
     /// Width and height \[pixels\].
@@ -52,9 +64,78 @@ impl Film {
         self.size
     }
 
+    /// Records that all sums are zeroed.
+    pub fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
+        for stripe in &self.stripes {
+            encoder.clear_buffer(&stripe.sums, 0, None);
+        }
+    }
+
+    /// Sums for each pixel.
+    pub fn n_lanes(&self) -> u32 {
+        self.n_lanes
+    }
+
     /// The stripes from top to bottom.
     pub fn stripes(&self) -> &[Stripe] {
         &self.stripes
+    }
+}
+
+/// Sums of more samples than 32-bit floats add up well: of several films, in 64 bits.
+#[derive(Clone, Debug, Default)]
+pub struct LongSums {
+    /// Of each pixel: light, depth, albedo, normal, openness.
+    values: Vec<[f64; 17]>,
+    /// Of each pixel: samples, rejected ones, surfaces.
+    counts: Vec<[u64; 3]>,
+}
+
+impl LongSums {
+    /// Zeros.
+    pub fn new(n_pixels: usize) -> Self {
+        Self { values: vec![[0.0; 17]; n_pixels], counts: vec![[0; 3]; n_pixels] }
+    }
+
+    /// Adds a film's sums, pixel by pixel, `n_lanes` for each.
+    pub fn add(&mut self, sums: &[PixelSums], n_lanes: u32) {
+        for (ix, pixel) in sums.iter().enumerate() {
+            let ix = ix / n_lanes as usize;
+            let (values, counts) = (&mut self.values[ix], &mut self.counts[ix]);
+            let vectors = [pixel.emitted, pixel.direct, pixel.indirect, pixel.albedo, pixel.normal];
+            let scalars = [pixel.depth, pixel.openness];
+            let all = vectors.iter().flat_map(|vector| vector.to_array()).chain(scalars);
+            for (sum, value) in values.iter_mut().zip(all) {
+                *sum += f64::from(value);
+            }
+            let n = [pixel.n_samples, pixel.n_rejected, pixel.n_surfaces];
+            for (sum, value) in counts.iter_mut().zip(n) {
+                *sum += u64::from(value);
+            }
+        }
+    }
+
+    /// The sums, rounded to 32 bits (counts saturate).
+    pub fn rounded(&self) -> Vec<PixelSums> {
+        let count = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
+        let pixel = |(values, counts): (&[f64; 17], &[u64; 3])| {
+            let vector = |ix: usize| {
+                glam::DVec3::new(values[3 * ix], values[3 * ix + 1], values[3 * ix + 2]).as_vec3()
+            };
+            PixelSums {
+                emitted: vector(0),
+                n_samples: count(counts[0]),
+                direct: vector(1),
+                n_rejected: count(counts[1]),
+                indirect: vector(2),
+                depth: values[15] as f32,
+                albedo: vector(3),
+                n_surfaces: count(counts[2]),
+                normal: vector(4),
+                openness: values[16] as f32,
+            }
+        };
+        self.values.iter().zip(&self.counts).map(pixel).collect()
     }
 }
 

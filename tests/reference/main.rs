@@ -8,6 +8,7 @@ mod furnace;
 #[path = "../kernels/harness.rs"]
 mod harness;
 mod independent;
+mod loops;
 mod normal_maps;
 mod punctual;
 mod repeatable;

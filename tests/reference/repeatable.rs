@@ -36,7 +36,15 @@ fn the_same_work_gives_the_same_bytes_however_it_is_cut() {
             for &n_samples in samples {
                 let mut first_row = 0;
                 for &n_rows in rows {
-                    cuts.push(Work { stripe: 0, first_row, n_rows, first_sample, n_samples });
+                    let continues = false;
+                    cuts.push(Work {
+                        stripe: 0,
+                        first_row,
+                        n_rows,
+                        first_sample,
+                        n_samples,
+                        continues,
+                    });
                     first_row += n_rows;
                 }
                 first_sample += n_samples;

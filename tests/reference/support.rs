@@ -2,8 +2,11 @@
 
 use crate::harness::{gpu, read};
 use glam::{Affine3A, DVec2, DVec3, UVec2, Vec2, Vec3};
+use lucerna::blocking::read_path_counts;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
-use lucerna::reference::{Channel, Film, PathTracer, PixelSums, ReferenceSettings, Work, resolve};
+use lucerna::reference::{
+    Channel, Film, PathTracer, PixelSums, ReferenceSettings, UnfinishedPaths, Work, resolve,
+};
 use lucerna::scene::{
     Camera, Filter, Image, Instance, Material, Mesh, Projection, Scene, Texture, TextureRef, Wrap,
 };
@@ -121,7 +124,7 @@ fn tracer(scene: &GpuScene) -> &'static PathTracer {
     cell.get_or_init(|| PathTracer::new(gpu(), scene))
 }
 
-/// Renders the given cuts of the work, one submission each.
+/// Renders the given cuts of the work, one submission each, or more where the driver bounds loops.
 pub fn render_cut(
     scene: &GpuScene,
     camera: &Camera,
@@ -131,10 +134,33 @@ pub fn render_cut(
     let gpu = gpu();
     let film = Film::new(gpu, settings.size);
     assert_eq!(film.stripes().len(), 1);
+    let rest = UnfinishedPaths::new(gpu, &film);
     for &work in cuts {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        tracer(scene).record(gpu, &mut encoder, scene, &film, camera, settings, work, None);
-        gpu.queue.submit([encoder.finish()]);
+        let mut work = work;
+        loop {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            tracer(scene).record(
+                gpu,
+                &mut encoder,
+                scene,
+                &film,
+                &rest,
+                camera,
+                settings,
+                work,
+                None,
+            );
+            gpu.queue.submit([encoder.finish()]);
+            let counts = read_path_counts(gpu, &rest).unwrap();
+            assert_eq!(counts.n_cut, 0, "a ray was too long for this driver");
+            if counts.n_unfinished == 0 {
+                break;
+            }
+            if std::env::var_os("LUCERNA_TEST_SAY_CONTINUED").is_some() {
+                eprintln!("continued: {} pixels of {work:?}", counts.n_unfinished);
+            }
+            work.continues = true;
+        }
     }
     bytemuck::pod_collect_to_vec(&read(&film.stripes()[0].sums))
 }
@@ -154,6 +180,7 @@ pub fn render(
             n_rows: settings.size.y,
             first_sample,
             n_samples: 256.min(n_samples - first_sample),
+            continues: false,
         })
         .collect();
     render_cut(scene, camera, settings, &cuts)

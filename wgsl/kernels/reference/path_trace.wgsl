@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The reference path tracer over a stripe of the picture.
 //!
-//! Dispatch: ceil(width/8) × ceil(rows/8) × 1. Workgroup memory: none. Each invocation owns one
-//! pixel of `sums`, so results do not depend on the order of work: the same input gives the same
+//! Dispatch: ceil(width · n_lanes/8) × ceil(rows/8) × 1. Workgroup memory: none. Each invocation owns one
+//! lane of one pixel in `sums`, so results do not depend on the order of work: the same input gives the same
 //! bytes however the picture and the samples are cut into dispatches.
+//!
+//! Where the driver ends loops early (`math::loops`) a pixel stops before, keeps its path in `paths`, and is counted in
+//! `progress`: dispatch again with `continues` until `n_unfinished` stays 0.
 
 #import lucerna::camera::primary_ray::Camera
-#import lucerna::reference::path::{PathSettings, PixelSums, trace_pixel}
+#import lucerna::reference::path::{Path, PathSettings, PixelSums, first_path, trace_pixel}
 
 const WORKGROUP: u32 = 8u;
 
@@ -17,20 +20,55 @@ struct StripeInfo {
     /// First row to render.
     first_row: u32,
     n_rows: u32,
-    reserved: u32,
+    /// 1: takes up what the dispatch before has left in `paths`; 0: begins.
+    continues: u32,
+}
+
+/// What dispatches report.
+struct PathProgress {
+    /// Pixels of all dispatches that stopped before the end of their samples; the host clears it.
+    n_unfinished: atomic<u32>,
+    /// Samples that were given up: a single step of theirs takes more loops than the driver runs.
+    n_cut: atomic<u32>,
 }
 
 @group(1) @binding(0) var<uniform> camera: Camera;
 @group(1) @binding(1) var<uniform> settings: PathSettings;
 @group(1) @binding(2) var<uniform> stripe: StripeInfo;
+/// Row by row, the lanes of a pixel beside each other, as in `paths`.
 @group(1) @binding(3) var<storage, read_write> sums: array<PixelSums>;
+/// Of the pixels of this dispatch.
+@group(1) @binding(4) var<storage, read_write> paths: array<Path>;
+@group(1) @binding(5) var<storage, read_write> progress: PathProgress;
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= settings.size.x || id.y >= stripe.n_rows {
+    let width = settings.size.x * settings.n_lanes;
+    if id.x >= width || id.y >= stripe.n_rows {
         return;
     }
-    let pixel = vec2<u32>(id.x, stripe.first_row + id.y);
-    let ix = (pixel.y - stripe.first_stripe_row) * settings.size.x + pixel.x;
-    sums[ix] = trace_pixel(camera, settings, pixel, sums[ix]);
+    let pixel = vec2<u32>(id.x / settings.n_lanes, stripe.first_row + id.y);
+    let ix = (pixel.y - stripe.first_stripe_row) * width + id.x;
+    let path_ix = id.y * width + id.x;
+    let end = settings.first_sample + settings.n_samples;
+    var path: Path;
+    if stripe.continues != 0u {
+        path = paths[path_ix];
+        if path.sample_ix >= end {
+            return;
+        }
+    } else {
+        path = first_path(camera, settings, pixel, id.x % settings.n_lanes);
+    }
+    let traced = trace_pixel(camera, settings, pixel, sums[ix], path);
+    sums[ix] = traced.sums;
+    if traced.path.sample_ix < end {
+        paths[path_ix] = traced.path;
+        atomicAdd(&progress.n_unfinished, 1u);
+    } else {
+        paths[path_ix].sample_ix = end;
+    }
+    if traced.n_cut > 0u {
+        atomicAdd(&progress.n_cut, traced.n_cut);
+    }
 }
