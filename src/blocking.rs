@@ -280,6 +280,8 @@ pub struct FrameStats {
     pub stopped: bool,
     /// Pixels of all frames whose direct light was not finite and was replaced by 0.
     pub n_rejected: u32,
+    /// Pixels of all frames whose direct light is wrong because the driver ended loops early: it has too many light samples.
+    pub n_cut: u32,
 }
 
 /// What frames to render.
@@ -395,8 +397,8 @@ pub fn render_frames_with<T: Technique>(
         stats.stopped = !keep_going(progress) && stats.n_frames < n_frames;
     }
     stats.wall_time = started.elapsed();
-    let rejected = read_buffer(gpu, passes.direct.n_rejected())?;
-    stats.n_rejected = rejected.first_chunk().map_or(0, |&bytes| u32::from_ne_bytes(bytes));
+    let faults = read_buffer(gpu, passes.direct.faults())?;
+    [stats.n_rejected, stats.n_cut] = bytemuck::pod_read_unaligned(&faults[..8]);
     Ok((passes, stats))
 }
 

@@ -8,13 +8,16 @@ use wgpu::util::DeviceExt;
 
 pub use crate::bindings::host::rays::{Hit, Ray};
 pub use crate::bindings::host::scene::NONE;
+pub use any_hit::ANY_HIT_UNKNOWN;
+pub use nearest_hit::NEAREST_HIT_UNKNOWN;
 
 /// What is asked of each ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayQuestion {
-    /// The nearest hit; answers are [`Hit`]s, `triangle` is [`NONE`] for a miss.
+    /// The nearest hit; answers are [`Hit`]s, `triangle` is [`NONE`] for a miss, and [`NEAREST_HIT_UNKNOWN`] where the driver
+    /// ended the ray's loops early.
     Nearest,
-    /// Whether anything is hit; answers are u32, 1 or 0.
+    /// Whether anything is hit; answers are u32, 1 or 0, or [`ANY_HIT_UNKNOWN`].
     Any,
 }
 

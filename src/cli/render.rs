@@ -12,7 +12,7 @@ use glam::UVec2;
 use lucerna::blocking::render_reference;
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
-use lucerna::picture::{PngOptions, ToneMap, write_whole_file};
+use lucerna::picture::{PngOptions, ToneMap, check_whole_file, write_whole_file};
 use lucerna::reference::{Channel, PixelSums, ReferenceSettings, resolve};
 use lucerna::scene::Camera;
 use lucerna::shadow::ShadowMaps;
@@ -368,34 +368,10 @@ fn for_file(
     picture
 }
 
-/// Fails early where the output's folder is missing, is no folder, or takes no files.
+/// Fails early where the output cannot be written.
 fn check_writable(output: &Path) -> CommandResult {
-    let folder = match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if output.is_dir() {
-        return Err(format!("cannot write {}: it is a folder", output.display()).into());
-    }
-    if !folder.is_dir() {
-        return Err(format!(
-            "cannot write {}: there is no folder {}",
-            output.display(),
-            folder.display()
-        )
-        .into());
-    }
-    // Only trying tells: permissions, read-only disks and special folders differ by system.
-    let probe = folder.join(format!(".lucerna-{}.tmp", std::process::id()));
-    std::fs::File::create_new(&probe).and_then(|_| std::fs::remove_file(&probe)).map_err(
-        |error| {
-            format!(
-                "cannot write {}: {} takes no files: {error}",
-                output.display(),
-                folder.display()
-            )
-        },
-    )?;
+    check_whole_file(output)
+        .map_err(|error| format!("cannot write {}: {error}", output.display()))?;
     Ok(())
 }
 

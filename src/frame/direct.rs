@@ -37,7 +37,7 @@ pub struct DirectPass {
     layout: wgpu::BindGroupLayout,
     variant: &'static str,
     settings: wgpu::Buffer,
-    n_rejected: wgpu::Buffer,
+    faults: wgpu::Buffer,
     radiance: wgpu::TextureView,
     groups: BindGroupCache,
     /// Bind group 2, where shadows are not rays.
@@ -96,9 +96,9 @@ impl DirectPass {
             }),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        let n_rejected = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("rejected pixels"),
-            size: 4,
+        let faults = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("faults of direct light"),
+            size: 8,
             usage: wgpu::BufferUsages::STORAGE
                 | wgpu::BufferUsages::COPY_SRC
                 | wgpu::BufferUsages::COPY_DST,
@@ -109,7 +109,7 @@ impl DirectPass {
             layout,
             variant: scene.variant(),
             settings,
-            n_rejected,
+            faults,
             radiance: radiance_target(gpu, "direct", size),
             groups: Default::default(),
             shadows,
@@ -122,10 +122,10 @@ impl DirectPass {
         &self.radiance
     }
 
-    /// A u32: how many pixels of all frames so far were not finite and were replaced by 0. It has
-    /// `COPY_SRC`.
-    pub fn n_rejected(&self) -> &wgpu::Buffer {
-        &self.n_rejected
+    /// Two u32 that count pixels of all frames so far: those whose light was not finite and was replaced by 0, and those whose
+    /// light is wrong because the driver ended loops early (too many light samples for it). It has `COPY_SRC`.
+    pub fn faults(&self) -> &wgpu::Buffer {
+        &self.faults
     }
 
     /// Records one dispatch.
@@ -148,7 +148,7 @@ impl DirectPass {
                 emission: &gbuffer.emission,
                 depth: &gbuffer.depth,
                 direct: &self.radiance,
-                n_rejected: self.n_rejected.as_entire_buffer_binding(),
+                faults: self.faults.as_entire_buffer_binding(),
             });
             frame.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("frame/direct"),

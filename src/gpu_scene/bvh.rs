@@ -1,12 +1,15 @@
 //! The compressed wide BVH, and the adapter's own acceleration structure.
 
+use super::bvh_height::{around, groups_of_one_center, limit_height};
 use crate::bindings::host::rays::BvhNode;
 use crate::gpu::Gpu;
+use glam::Vec3A;
 use glam::{UVec4, Vec3};
 use obvhs::BvhBuildParams;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
-use obvhs::triangle::Triangle;
-use std::time::Duration;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
+use obvhs::ploc::PlocBuilder;
 use wgpu::util::DeviceExt;
 
 pub use crate::bindings::host::rays::STACK_SIZE;
@@ -18,37 +21,18 @@ pub struct Bvh {
     order: Vec<u32>,
 }
 
-/// The tree cannot be walked.
-#[derive(Debug, thiserror::Error, PartialEq, Eq)]
-pub enum BvhError {
-    /// More levels than the kernel's stack.
-    #[error(
-        "the scene's BVH is {depth} levels deep and the kernels walk {STACK_SIZE}; sizes of triangles differ by too many orders of magnitude: scale or split the scene"
-    )]
-    TooDeep {
-        /// Levels of the tree.
-        depth: u32,
-    },
-}
-
 impl Bvh {
-    /// Builds the tree.
-    ///
-    /// # Errors
-    /// [`BvhError::TooDeep`].
-    pub fn build(triangles: &[[Vec3; 3]]) -> Result<Self, BvhError> {
+    /// Builds the tree, of at most [`STACK_SIZE`] levels, from any triangles without NaN.
+    pub fn build(triangles: &[[Vec3; 3]]) -> Self {
         if triangles.is_empty() {
-            return Ok(Self::default());
+            return Self::default();
         }
         let tree = build_obvhs(triangles);
-        let depth = depth(&tree);
-        if depth > STACK_SIZE {
-            return Err(BvhError::TooDeep { depth });
-        }
-        Ok(Self {
+        debug_assert!(depth(&tree) <= STACK_SIZE);
+        Self {
             nodes: tree.nodes.iter().map(|node| pack(bytemuck::cast_ref(node))).collect(),
             order: tree.primitive_indices,
-        })
+        }
     }
 
     /// The nodes as the kernels read them; empty if there are no triangles.
@@ -62,15 +46,42 @@ impl Bvh {
     }
 }
 
-/// obvhs's own tree, also for measuring against its traversal.
+/// Heights of binary trees that are tried, from the one that costs least quality on. A tree of eight children a node is at most as
+/// high as the binary one that it is made of, and mostly a third of it: the last always fits the kernels' stack.
+const MAX_HEIGHTS: [u32; 3] = [3 * STACK_SIZE, 2 * STACK_SIZE, STACK_SIZE];
+
+/// obvhs's tree, also for measuring against its traversal. As its `build_cwbvh_from_tris`, but that no chain
+/// of nodes grows deeper than [`STACK_SIZE`]: triangles with one centre, or nested ones, would make it so.
 pub fn build_obvhs(triangles: &[[Vec3; 3]]) -> CwBvh {
-    let triangles: Vec<_> = triangles
+    let boxes: Vec<Aabb> = triangles
         .iter()
-        .map(|&[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() })
+        .map(|corners| {
+            let [a, b, c] = corners.map(Vec3A::from);
+            Aabb::new(a.min(b).min(c), a.max(b).max(c))
+        })
         .collect();
+    let groups = groups_of_one_center(&boxes);
+    let group_boxes: Vec<Aabb> = groups.iter().map(|group| around(group, &boxes)).collect();
     // Without pre-splitting each triangle stands in one leaf, so leaves and triangles share an order.
-    let parameters = BvhBuildParams { pre_split: false, ..BvhBuildParams::medium_build() };
-    build_cwbvh_from_tris(&triangles, parameters, &mut Duration::default())
+    let parameters = BvhBuildParams::medium_build();
+    let mut binary = PlocBuilder::with_capacity(groups.len()).build(
+        parameters.ploc_search_distance,
+        &group_boxes,
+        (0..groups.len() as u32).collect(),
+        parameters.sort_precision,
+        parameters.search_depth_threshold,
+    );
+    ReinsertionOptimizer::default().run(&mut binary, parameters.reinsertion_batch_ratio, None);
+    let mut tree = CwBvh::default();
+    for max_height in MAX_HEIGHTS {
+        let limited = limit_height(&binary, &groups, &boxes, max_height);
+        let binary = limited.as_ref().unwrap_or(&binary);
+        tree = bvh2_to_cwbvh(binary, parameters.max_prims_per_leaf.clamp(1, 3), true, false);
+        if depth(&tree) <= STACK_SIZE {
+            break;
+        }
+    }
+    tree
 }
 
 /// obvhs's 80 bytes as 20 words. It interleaves min and max of each axis, as the kernel does.
@@ -165,4 +176,51 @@ pub(super) fn build_acceleration_structure(
     );
     gpu.queue.submit([encoder.finish()]);
     Ok((blas, tlas))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every triangle stands in one leaf, and no path is longer than the kernels' stack.
+    fn check(what: &str, triangles: &[[Vec3; 3]]) {
+        let tree = build_obvhs(triangles);
+        let mut order = tree.primitive_indices.clone();
+        order.sort_unstable();
+        assert!(order.into_iter().eq(0..triangles.len() as u32), "{what}");
+        let depth = depth(&tree);
+        println!("{what}: {} triangles, {depth} levels", triangles.len());
+        assert!(depth <= STACK_SIZE, "{what}: {depth} levels");
+        // A tree of n leaves with 8 children a node needs log₈ n levels; chains of one child more a level would need n/7.
+        let bound = 3 * (triangles.len() as f32).log2().ceil() as u32;
+        assert!(depth <= bound.max(STACK_SIZE / 2), "{what}: {depth} levels");
+    }
+
+    fn triangle(center: Vec3, size: f32) -> [Vec3; 3] {
+        [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.5)]
+            .map(|corner| center + size * corner)
+    }
+
+    #[test]
+    fn trees_of_nested_triangles_are_not_deep() {
+        for n in [1usize, 2, 227, 1000, 20_000] {
+            check("coincident", &vec![triangle(Vec3::ONE, 1.0); n]);
+            let concentric = |ix: usize| triangle(Vec3::ONE, (ix + 1) as f32 / n as f32);
+            check("concentric", &(0..n).map(concentric).collect::<Vec<_>>());
+            // Nearly one centre: off by a few roundings.
+            let shifted = |ix: usize| {
+                triangle(Vec3::ONE + Vec3::X * (ix % 7) as f32 * f32::EPSILON, 1.0 + ix as f32)
+            };
+            check("nearly concentric", &(0..n).map(shifted).collect::<Vec<_>>());
+        }
+        // Each half as large as the last, sharing a corner: a chain by any measure of area.
+        let shrinking: Vec<_> =
+            (0..240).map(|ix| triangle(Vec3::ZERO, 1e18 * 0.7f32.powi(ix))).collect();
+        check("one centre, of all sizes", &shrinking);
+        let corner: Vec<_> = (0..240)
+            .map(|ix| 1e18 * 0.7f32.powi(ix))
+            .map(|size| triangle(Vec3::splat(2.0 * size), size))
+            .collect();
+        check("one corner, of all sizes", &corner);
+    }
 }

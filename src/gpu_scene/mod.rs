@@ -2,6 +2,7 @@
 
 mod atlas;
 mod bvh;
+mod bvh_height;
 mod flatten;
 mod lights;
 mod sky;
@@ -16,7 +17,7 @@ use bytemuck::NoUninit;
 use glam::Vec3;
 use wgpu::util::DeviceExt;
 
-pub use bvh::{Bvh, BvhError, STACK_SIZE, build_obvhs};
+pub use bvh::{Bvh, STACK_SIZE, build_obvhs};
 pub use flatten::WorldTriangles;
 pub use lights::LightPeak;
 
@@ -46,9 +47,6 @@ pub enum GpuSceneError {
     /// A buffer is larger than the device binds, or another limit of the device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The triangles have no usable tree.
-    #[error(transparent)]
-    Bvh(#[from] BvhError),
     /// A texture or the sky is larger than the device holds.
     #[error("{what} does not fit: {detail}; {advice}")]
     TextureLimit {
@@ -122,7 +120,7 @@ impl GpuScene {
             return Err(GpuSceneError::NoRayQuery);
         }
         let mut world = WorldTriangles::of(scene);
-        let bvh = Bvh::build(&world.positions)?;
+        let bvh = Bvh::build(&world.positions);
         world.reorder(bvh.triangle_order());
         let (bounds_min, bounds_max) = world.bounds();
         let radius = 0.5 * (bounds_max - bounds_min).length();

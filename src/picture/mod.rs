@@ -23,7 +23,7 @@ use glam::Vec3;
 
 pub use error::{Channel, Format, PictureError};
 pub use tone_map::ToneMap;
-pub use whole_file::write_whole_file;
+pub use whole_file::{check_whole_file, write_whole_file};
 pub use write::PngOptions;
 
 /// The most pixels a picture may have: 2²⁶, as in 8192 × 8192 or an 11 585 × 5792 sky (768 MiB in memory).

@@ -26,8 +26,9 @@ pub struct CacheBuffers {
     pub reflected: wgpu::Buffer,
     /// What pictures see, likewise.
     pub shown: wgpu::Buffer,
-    /// One u32.
-    pub n_rejected: wgpu::Buffer,
+    /// Two u32, counted over all frames: faces with light that was not finite, and faces of which samples are missing
+    /// because the driver ended loops early.
+    pub faults: wgpu::Buffer,
 }
 
 impl CacheBuffers {
@@ -60,7 +61,7 @@ impl CacheBuffers {
             lights_before: storage("former light of voxels", n_records, size_of::<FaceLight>())?,
             reflected: storage("reflected light of voxels", n_records, 16)?,
             shown: storage("shown light of voxels", n_records, 16)?,
-            n_rejected: storage("count of rejected samples", 1, 4)?,
+            faults: storage("faults of faces", 2, 4)?,
         })
     }
 

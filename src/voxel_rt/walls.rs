@@ -24,7 +24,7 @@ impl WallsPass {
                 counts: counts.as_entire_buffer_binding(),
                 lights: buffers.lights.as_entire_buffer_binding(),
                 structure: buffers.structure.as_entire_buffer_binding(),
-                n_rejected: buffers.n_rejected.as_entire_buffer_binding(),
+                faults: buffers.faults.as_entire_buffer_binding(),
             });
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(label),

@@ -96,6 +96,8 @@ pub struct RejectedSamples {
     pub clamped: u32,
     /// Outside the grid or in a voxel that is not occupied: left out.
     pub outside: u32,
+    /// Rays that were not traced because the driver ended loops early.
+    pub cut: u32,
 }
 
 impl RejectedSamples {
@@ -112,6 +114,7 @@ impl RejectedSamples {
             not_finite: word(wgsl::HEAD_REJECTED),
             clamped: word(wgsl::HEAD_CLAMPED),
             outside: word(wgsl::HEAD_OUTSIDE),
+            cut: word(wgsl::HEAD_CUT),
         }
     }
 }

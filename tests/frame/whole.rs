@@ -81,7 +81,7 @@ impl Rendered {
             .iter()
             .flat_map(|stripe| bytemuck::pod_collect_to_vec::<u8, PixelSums>(&read(&stripe.sums)))
             .collect();
-        self.n_rejected = bytemuck::pod_read_unaligned(&read(self.passes.direct.n_rejected()));
+        self.n_rejected = bytemuck::pod_read_unaligned(&read(self.passes.direct.faults())[..4]);
     }
 }
 

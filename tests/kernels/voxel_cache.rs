@@ -264,7 +264,7 @@ fn carried_records_stay_with_their_cells() {
                     Some(old) if old < n_known => {
                         n_kept += 1;
                         let light = *rig.record_of(old, face);
-                        FaceLight { state: light.state & 0x7fff_ffff, ..light }
+                        FaceLight { state: light.state & 0x3fff_ffff, ..light }
                     }
                     Some(_) => continue,
                     None => FaceLight::zeroed(),
@@ -313,7 +313,7 @@ fn walls_and_rejected_samples_are_noted() {
             assert_eq!(word[1] & 63, expected, "{slot}");
         }
         let rejected = rig.lights[rig.first_record..].iter().filter(|l| l.state >> 31 == 1).count();
-        let counted: u32 = bytemuck::pod_read_unaligned(&read(&rig.buffers.n_rejected)[..4]);
+        let counted: u32 = bytemuck::pod_read_unaligned(&read(&rig.buffers.faults)[..4]);
         assert_eq!(counted as usize, rejected);
     }
 }

@@ -1,6 +1,7 @@
 //! The path tracer against closed forms, quadrature in f64, and another renderer's pictures.
 
 mod channels;
+mod degenerate;
 mod emitters;
 mod energy;
 mod furnace;

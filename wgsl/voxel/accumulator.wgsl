@@ -23,6 +23,8 @@ const HEAD_REJECTED: u32 = 0u;
 const HEAD_CLAMPED: u32 = 1u;
 /// Samples outside the grid, in voxels that are not occupied, or without a record.
 const HEAD_OUTSIDE: u32 = 2u;
+/// Rays that were not traced because the driver ended loops early (`math::loops`).
+const HEAD_CUT: u32 = 3u;
 
 /// Words of a record with STRATEGY_EXACT; 1 with the others.
 const EXACT_WORDS: u32 = 8u;

@@ -35,17 +35,19 @@ struct FaceLight {
     /// The same light as `indirect`, of the newest frame with a hit alone [W·m⁻²].
     feedback: vec3<f32>,
     /// From the lowest bit: 8 of the hits' mean depth below the face [cells/255]; 8 of the share of hits on
-    /// walls [1/255]; 15 of in how many frames something was deposited; REJECTED_BIT.
+    /// walls [1/255]; 14 of in how many frames something was deposited; CUT_BIT, REJECTED_BIT.
     state: u32,
 }
 
 /// Set if a sample of the newest frame was not finite and was left out.
 const REJECTED_BIT: u32 = 0x80000000u;
+/// Set if samples of the newest frame are missing because the driver ended loops early (`math::loops`).
+const CUT_BIT: u32 = 0x40000000u;
 /// A surface whose normal is within 25° of a face's axis stands like a wall to it.
 const WALL_COSINE: f32 = 0.9;
 /// Where the count of deposits stands.
 const DEPOSITS_SHIFT: u32 = 16u;
-const DEPOSITS_MAX: u32 = 0x7fffu;
+const DEPOSITS_MAX: u32 = 0x3fffu;
 /// The newest of n hits has RECENCY/n of `indirect`, so that hit k weighs about k^(RECENCY − 1): what was
 /// learned before the light was in balance fades, and 3/4 of the samples' worth is kept.
 const RECENCY: f32 = 2.0;
@@ -72,10 +74,22 @@ fn has_rejected(light: FaceLight) -> bool {
     return (light.state & REJECTED_BIT) != 0u;
 }
 
+/// Whether samples of the newest frame are missing.
+fn has_cut(light: FaceLight) -> bool {
+    return (light.state & CUT_BIT) != 0u;
+}
+
+/// The record with the note that samples of the newest frame are missing.
+fn with_cut(light: FaceLight) -> FaceLight {
+    var out = light;
+    out.state |= CUT_BIT;
+    return out;
+}
+
 /// The record as if none of the newest frame's samples had been left out.
 fn without_rejection(light: FaceLight) -> FaceLight {
     var out = light;
-    out.state &= ~REJECTED_BIT;
+    out.state &= ~(REJECTED_BIT | CUT_BIT);
     return out;
 }
 

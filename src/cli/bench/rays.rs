@@ -25,7 +25,7 @@ pub fn measure(
 ) -> Result<Vec<Row>, Box<dyn Error>> {
     let world = WorldTriangles::of(scene);
     let begun = Instant::now();
-    Bvh::build(&world.positions)?;
+    Bvh::build(&world.positions);
     let build = begun.elapsed();
     let gpu_scene =
         GpuScene::new(gpu, scene, GpuSceneOptions { rays: source, diffuse_only: true })?;

@@ -164,6 +164,13 @@ pub fn render<T: Technique>(
             stats.n_rejected
         );
     }
+    if stats.n_cut > 0 {
+        errln!(
+            "warning: direct light of {} pixels (of {} frames together) is wrong: this driver ends loops after 65535 iterations; use fewer --light-samples",
+            stats.n_cut,
+            stats.n_frames
+        );
+    }
     warn(&gpu, &technique)?;
     write_picture(&sums, size, output)?;
     if let Some(file) = &output.timings {

@@ -163,7 +163,13 @@ pub fn warn_of_buffers(gpu: &Gpu, buffers: &CacheBuffers) -> CommandResult {
             );
         }
     }
-    let n_rejected = word(&read_buffer(gpu, &buffers.n_rejected)?, 0);
+    let faults = read_buffer(gpu, &buffers.faults)?;
+    let (n_rejected, n_cut) = (word(&faults, 0), word(&faults, 1));
+    if n_cut > 0 {
+        errln!(
+            "warning: light of voxels had to do with fewer samples than asked for ({n_cut} times): this driver ends loops after 65535 iterations; use fewer --points or --bounces"
+        );
+    }
     if n_rejected > 0 {
         errln!("warning: light of voxels was not finite and counts as dark ({n_rejected} times)");
     }
@@ -180,6 +186,12 @@ pub fn warn(gpu: &Gpu, technique: &VoxelRt) -> CommandResult {
                 "warning: of the injected light {} samples were not finite and {} were clamped",
                 rejected.not_finite,
                 rejected.clamped
+            );
+        }
+        if rejected.cut > 0 {
+            errln!(
+                "warning: {} injected rays were not traced: this driver ends loops after 65535 iterations",
+                rejected.cut
             );
         }
     }

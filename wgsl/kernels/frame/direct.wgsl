@@ -2,14 +2,23 @@
 //! Direct light of every pixel, with ray-traced shadows.
 //!
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Each invocation owns one
-//! pixel of `direct`. `n_rejected` counts pixels whose light was not finite and was replaced by 0.
+//! pixel of `direct`.
 
 #import lucerna::frame::direct_light::{DirectSettings, direct_light}
 #import lucerna::frame::gbuffer::{GBufferTexels, decode_gbuffer}
 #import lucerna::frame::view::FrameView
 #import lucerna::math::float::all_finite
+#import lucerna::math::loops::loops_run
 
 const WORKGROUP: u32 = 8u;
+
+/// Pixels of all frames.
+struct DirectFaults {
+    /// Whose light was not finite and was replaced by 0.
+    n_rejected: atomic<u32>,
+    /// Whose light is wrong, for the driver ended loops early (`math::loops`).
+    n_cut: atomic<u32>,
+}
 
 @group(1) @binding(0) var<uniform> view: FrameView;
 @group(1) @binding(1) var<uniform> settings: DirectSettings;
@@ -19,7 +28,7 @@ const WORKGROUP: u32 = 8u;
 @group(1) @binding(5) var depth: texture_depth_2d;
 /// rgb: radiance [W·sr⁻¹·m⁻²]; 0 where there is no surface. a: 1 on surfaces.
 @group(1) @binding(6) var direct: texture_storage_2d<rgba32float, write>;
-@group(1) @binding(7) var<storage, read_write> n_rejected: atomic<u32>;
+@group(1) @binding(7) var<storage, read_write> faults: DirectFaults;
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -39,7 +48,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         light = direct_light(surface, settings, vec3<u32>(pixel, view.seed), view.frame);
         if !all_finite(light) {
             light = vec3<f32>(0.0);
-            atomicAdd(&n_rejected, 1u);
+            atomicAdd(&faults.n_rejected, 1u);
+        }
+        // (No picture is 2³¹ pixels wide.)
+        if !loops_run(view.size.x >> 31u) {
+            atomicAdd(&faults.n_cut, 1u);
         }
     }
     textureStore(direct, pixel, vec4<f32>(light, select(0.0, 1.0, surface.is_surface)));

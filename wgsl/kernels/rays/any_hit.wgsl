@@ -4,8 +4,11 @@
 //! Dispatch: ceil(n/64) × 1 × 1. Workgroup memory: none.
 
 #import lucerna::host::rays::{Ray, any_hit}
+#import lucerna::math::loops::loops_run
 
 const WORKGROUP: u32 = 64u;
+/// The ray takes more steps than the driver lets a loop take (`math::loops`).
+const ANY_HIT_UNKNOWN: u32 = 2u;
 
 struct BatchInfo {
     n_rays: u32,
@@ -15,7 +18,7 @@ struct BatchInfo {
 
 @group(1) @binding(0) var<uniform> batch: BatchInfo;
 @group(1) @binding(1) var<storage, read> rays: array<Ray>;
-/// 1: the ray is blocked.
+/// 1: the ray is blocked; 0: it is not; ANY_HIT_UNKNOWN.
 @group(1) @binding(2) var<storage, read_write> blocked: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
@@ -24,5 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if ix >= batch.n_rays {
         return;
     }
-    blocked[ix] = select(0u, 1u, any_hit(rays[ix]));
+    let is_blocked = any_hit(rays[ix]);
+    // (No dispatch begins beyond ray 2³¹.)
+    blocked[ix] = select(ANY_HIT_UNKNOWN, u32(is_blocked), loops_run(batch.first >> 31u));
 }

@@ -4,8 +4,11 @@
 //! Dispatch: ceil(n/64) × 1 × 1. Workgroup memory: none.
 
 #import lucerna::host::rays::{Ray, Hit, nearest_hit}
+#import lucerna::math::loops::loops_run
 
 const WORKGROUP: u32 = 64u;
+/// `triangle` of a ray that takes more steps than the driver lets a loop take (`math::loops`).
+const NEAREST_HIT_UNKNOWN: u32 = 0xfffffffeu;
 
 struct BatchInfo {
     n_rays: u32,
@@ -23,5 +26,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if ix >= batch.n_rays {
         return;
     }
-    hits[ix] = nearest_hit(rays[ix]);
+    var hit = nearest_hit(rays[ix]);
+    // (No dispatch begins beyond ray 2³¹.)
+    if !loops_run(batch.first >> 31u) {
+        hit.triangle = NEAREST_HIT_UNKNOWN;
+    }
+    hits[ix] = hit;
 }

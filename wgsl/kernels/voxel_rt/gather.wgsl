@@ -27,13 +27,14 @@
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::float::all_finite
 #import lucerna::math::frame::frame_from_normal
+#import lucerna::math::loops::loops_run
 #import lucerna::sampling::hemisphere::sample_cosine_hemisphere
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::mis::power_heuristic
 #import lucerna::sampling::pcg::{pcg, pcg3d, random_vec4}
 #import lucerna::voxel::grid::{face_axis, face_normal, unpack_cell, world_from_grid}
 #import lucerna::voxel::levels::{VoxelLevel, slot_word}
-#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, WALL_COSINE, is_lit, keep_deposits, renew}
+#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, WALL_COSINE, is_lit, keep_deposits, renew, with_cut}
 
 const WORKGROUP: u32 = 64u;
 /// Rays along the axis start so far before the face and end so far behind the opposite one [cells]:
@@ -94,9 +95,16 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         return;
     }
     var samples: FaceSamples;
+    var is_cut = false;
     for (var point = 0u; point < info.n_points; point++) {
         let sample_ix = info.frame * info.n_points + point;
-        samples = add_sample(samples, level, packed_cell, record % n_faces, sample_ix, hash);
+        let more = add_sample(samples, level, packed_cell, record % n_faces, sample_ix, hash);
+        // (No index of a level has the top bit.)
+        if !loops_run(info.level >> 31u) {
+            is_cut = true;
+            break;
+        }
+        samples = more;
     }
     var renewed = renew(known, samples, info.light_rays, info.max_rays);
     if info.finds_direct == 0u {
@@ -105,6 +113,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if info.n_bounces == 0u {
         renewed.indirect = known.indirect;
         renewed.feedback = known.feedback;
+    }
+    if is_cut {
+        renewed = with_cut(renewed);
     }
     lights[level.first_record + record] = renewed;
 }

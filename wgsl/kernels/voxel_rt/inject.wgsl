@@ -28,10 +28,11 @@
 #import lucerna::host::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
 #import lucerna::host::surface::{Surface, seen_from, surface_at}
 #import lucerna::math::constants::FLOAT_MAX
+#import lucerna::math::loops::loops_run
 #import lucerna::sampling::pcg::random_vec4
 #import lucerna::sampling::stratified::stratified_number
 #import lucerna::voxel::accumulator::{STRATEGY_STORE, STRATEGY_MOVING_AVERAGE, STRATEGY_MAX, STRATEGY_EXACT}
-#import lucerna::voxel::accumulator::{HEAD_WORDS, HEAD_REJECTED, HEAD_CLAMPED, HEAD_OUTSIDE, EXACT_WORDS, EXACT_COUNT, EXACT_HIGH}
+#import lucerna::voxel::accumulator::{HEAD_WORDS, HEAD_REJECTED, HEAD_CLAMPED, HEAD_OUTSIDE, HEAD_CUT, EXACT_WORDS, EXACT_COUNT, EXACT_HIGH}
 #import lucerna::voxel::average::{WideSum, QUANTA_MAX, SAMPLE_FINE, SAMPLE_REJECTED}
 #import lucerna::voxel::average::{check_sample, quantise, add_to_sum, carry_of, pack_average, moving_average_step, PACKED_COUNT_MAX}
 #import lucerna::voxel::bricks::{NO_SLOT, brick_of_cell, bit_of_cell, slot_of_bit}
@@ -206,6 +207,16 @@ fn drawn_irradiance(surface: Surface, u: vec4<f32>, extended_only: bool) -> vec3
     return select(light.weight * cosine, vec3<f32>(0.0), any_hit(ray_to_light(light, origin)));
 }
 
+/// Whether what the k-th ray of an invocation found can be trusted; if not, it and those after it are counted.
+fn ray_is_whole(k: u32) -> bool {
+    // (No square has 2³¹ rays along a side.)
+    if loops_run(injection.n_rays >> 31u) {
+        return true;
+    }
+    atomicAdd(&accumulators[HEAD_CUT], RUN - k);
+    return false;
+}
+
 /// The k-th ray of an invocation; it may lie beyond the square.
 fn ray_of_run(id: vec3<u32>, k: u32) -> vec2<u32> {
     return id.xy * RUN_SIDE + vec2<u32>(k % RUN_SIDE, k / RUN_SIDE);
@@ -223,11 +234,18 @@ fn inject_light(@builtin(global_invocation_id) id: vec3<u32>) {
         let path = punctual_ray(injection.light, square_point(ray, random.xy));
         let hit = nearest_hit(Ray(path.origin, 0.0, path.direction, FLOAT_MAX));
         if hit_is_miss(hit) {
+            // (A ray that was cut short may look like a miss, and loops end after it.)
+            if !ray_is_whole(k) {
+                break;
+            }
             continue;
         }
         let surface = seen_from(surface_at(hit.triangle, hit.barycentrics), path.direction);
         let light = punctual_light(injection.light, surface.position);
         let value = light.weight * max(dot(surface.shading_normal, light.direction), 0.0);
+        if !ray_is_whole(k) {
+            break;
+        }
         deposit(&run, VoxelSample(value, record_of(surface.position, surface.geometric_normal, random.z)));
     }
     end_run(run);
@@ -246,11 +264,18 @@ fn inject_extended(@builtin(global_invocation_id) id: vec3<u32>) {
         let path = extended_ray(place, random_of_ray(ray, 1u));
         let hit = nearest_hit(Ray(path.origin, 0.0, path.direction, FLOAT_MAX));
         if hit_is_miss(hit) {
+            // (A ray that was cut short may look like a miss, and loops end after it.)
+            if !ray_is_whole(k) {
+                break;
+            }
             continue;
         }
         let surface = seen_from(surface_at(hit.triangle, hit.barycentrics), path.direction);
         let value = drawn_irradiance(surface, random_of_ray(ray, 2u), true);
         let face_random = random_of_ray(ray, 3u).x;
+        if !ray_is_whole(k) {
+            break;
+        }
         deposit(&run, VoxelSample(value, record_of(surface.position, surface.geometric_normal, face_random)));
     }
     end_run(run);
@@ -268,10 +293,17 @@ fn inject_camera(@builtin(global_invocation_id) id: vec3<u32>) {
         let path = primary_ray(injection.camera, square_point(ray, random.xy));
         let hit = nearest_hit(Ray(path.origin, 0.0, path.direction, FLOAT_MAX));
         if hit_is_miss(hit) {
+            // (A ray that was cut short may look like a miss, and loops end after it.)
+            if !ray_is_whole(k) {
+                break;
+            }
             continue;
         }
         let surface = seen_from(surface_at(hit.triangle, hit.barycentrics), path.direction);
         let value = drawn_irradiance(surface, random_of_ray(ray, 1u), false);
+        if !ray_is_whole(k) {
+            break;
+        }
         deposit(&run, VoxelSample(value, record_of(surface.position, surface.geometric_normal, random.z)));
     }
     end_run(run);

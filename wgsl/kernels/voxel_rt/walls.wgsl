@@ -7,7 +7,7 @@
 
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
-#import lucerna::voxel_rt::cache::{FaceLight, has_rejected}
+#import lucerna::voxel_rt::cache::{FaceLight, has_cut, has_rejected}
 #import lucerna::voxel_rt::walls::{open_part, walls_of_axis}
 
 const WORKGROUP: u32 = 64u;
@@ -20,14 +20,21 @@ struct WallsInfo {
     reserved_c: u32,
 }
 
+/// Faces, summed over all frames.
+struct FaceFaults {
+    /// With samples that were not finite.
+    n_rejected: atomic<u32>,
+    /// With samples missing, for the driver ended loops early.
+    n_cut: atomic<u32>,
+}
+
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
 @group(1) @binding(1) var<uniform> info: WallsInfo;
 /// x: occupied voxels of the level.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
 @group(1) @binding(3) var<storage, read> lights: array<FaceLight>;
 @group(1) @binding(4) var<storage, read_write> structure: array<vec2<u32>>;
-/// Faces with samples that were not finite, summed over all frames.
-@group(1) @binding(5) var<storage, read_write> n_rejected: atomic<u32>;
+@group(1) @binding(5) var<storage, read_write> faults: FaceFaults;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -39,7 +46,10 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let first = level.first_record + level.grid.n_faces * slot;
     for (var face = 0u; face < level.grid.n_faces; face++) {
         if has_rejected(lights[first + face]) {
-            atomicAdd(&n_rejected, 1u);
+            atomicAdd(&faults.n_rejected, 1u);
+        }
+        if has_cut(lights[first + face]) {
+            atomicAdd(&faults.n_cut, 1u);
         }
     }
     if level.grid.n_faces != 6u {
