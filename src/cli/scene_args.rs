@@ -1,11 +1,11 @@
 //! The scene, camera, light, size and adapter flags that several commands share.
 
 use clap::Args;
-use glam::{UVec2, Vec3};
+use glam::{DVec3, UVec2, Vec3};
 use lucerna::gpu::{AdapterChoice, Gpu};
 use lucerna::gpu_scene::RaySource;
 use lucerna::picture::Picture;
-use lucerna::scene::{Camera, Light, LoadLimits, Projection, Scene, Sky};
+use lucerna::scene::{Camera, Light, LoadLimits, MAX_COORDINATE, Projection, Scene, Sky};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -94,7 +94,11 @@ impl SceneArguments {
         if self.no_scene_lights {
             scene.lights.clear();
         }
-        scene.lights.extend(self.light.iter().map(|spec| spec.0.clone()));
+        let added: Vec<Light> = self.light.iter().map(|spec| spec.in_scene(&scene)).collect();
+        scene.lights.extend(added);
+        if scene.origin != DVec3::ZERO {
+            errln!("note: the scene lies far from its origin; computing around {}", scene.origin);
+        }
         if let Some(sky) = &self.sky {
             scene.sky = read_sky(sky)?;
         }
@@ -137,8 +141,8 @@ fn find_camera(
     if let Some(camera) = scene.cameras.iter().find(|camera| camera.name == wanted.text) {
         return Ok(camera.clone());
     }
-    if let Some(camera) = &wanted.described {
-        return Ok(camera.clone());
+    if let Some(view) = &wanted.described {
+        return Ok(view.in_scene(scene));
     }
     let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     let there = if names.is_empty() {
@@ -158,7 +162,10 @@ fn find_camera(
 fn camera_around(scene: &Scene, size: UVec2) -> Camera {
     let (min, max) = scene.bounds().unwrap_or((Vec3::NEG_ONE, Vec3::ONE));
     let center = 0.5 * (min + max);
-    let radius = (0.5 * (max - min).length()).max(1e-3);
+    let radius = match 0.5 * (max - min).length() {
+        radius if radius > 0.0 => radius,
+        _ => 1.0,
+    };
     let vertical_fov = 45f32.to_radians();
     let aspect = size.x as f32 / size.y as f32;
     let narrow = if aspect < 1.0 {
@@ -168,11 +175,12 @@ fn camera_around(scene: &Scene, size: UVec2) -> Camera {
     };
     let back = Vec3::new(0.4, 0.3, 1.0).normalize();
     let position = center + back * (radius / (0.5 * narrow).sin());
-    look_at("around", position, center, vertical_fov)
+    look_at("around", position, center - position, vertical_fov)
 }
 
-fn look_at(name: &str, eye: Vec3, target: Vec3, vertical_fov: f32) -> Camera {
-    let forward = (target - eye).normalize();
+/// `towards`: of any length but 0.
+fn look_at(name: &str, eye: Vec3, towards: Vec3, vertical_fov: f32) -> Camera {
+    let forward = towards.normalize();
     // Looking straight up or down, +Y says nothing about the picture's top.
     let world_up = if forward.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };
     let right = forward.cross(world_up).normalize();
@@ -189,7 +197,25 @@ fn look_at(name: &str, eye: Vec3, target: Vec3, vertical_fov: f32) -> Camera {
 #[derive(Clone, Debug)]
 pub struct CameraChoice {
     text: String,
-    described: Option<Camera>,
+    described: Option<DescribedCamera>,
+}
+
+/// A camera in the file's world.
+#[derive(Clone, Debug)]
+struct DescribedCamera {
+    /// [m]
+    eye: DVec3,
+    /// Unit length.
+    forward: Vec3,
+    /// [rad]
+    vertical_fov: f32,
+}
+
+impl DescribedCamera {
+    fn in_scene(&self, scene: &Scene) -> Camera {
+        let eye = (self.eye - scene.origin).as_vec3();
+        look_at("command line", eye, self.forward, self.vertical_fov)
+    }
 }
 
 const CAMERA_KEYS: [&str; 3] = ["eye", "target", "fov"];
@@ -207,17 +233,26 @@ impl FromStr for CameraChoice {
     }
 }
 
-fn parse_camera(text: &str) -> Result<Camera, String> {
+/// Eye and target must be this far apart [m]: no scene is so small that they would not be.
+const MIN_DISTANCE: f64 = 1e-9;
+/// Fields of view that are told apart from none and from all [degrees].
+const FOVS: std::ops::RangeInclusive<f32> = 1e-3..=179.0;
+
+fn parse_camera(text: &str) -> Result<DescribedCamera, String> {
     let fields = Fields::parse(text, &CAMERA_KEYS)?;
-    let (eye, target) = (fields.vector("eye")?, fields.vector("target")?);
-    if eye == target {
-        return Err("eye and target are the same point".into());
+    let (eye, target) = (fields.point("eye")?, fields.point("target")?);
+    if (target - eye).length() < MIN_DISTANCE {
+        return Err(format!(
+            "eye and target are the same point, or less than {MIN_DISTANCE:e} m apart"
+        ));
     }
     let fov = fields.number_or("fov", 60.0)?;
-    if !(fov > 0.0 && fov < 180.0) {
-        return Err(format!("fov={fov} is not between 0 and 180 degrees"));
+    if !FOVS.contains(&fov) {
+        let (min, max) = (FOVS.start(), FOVS.end());
+        return Err(format!("fov={fov} is not between {min} and {max} degrees"));
     }
-    Ok(look_at("command line", eye, target, fov.to_radians()))
+    let forward = (target - eye).normalize().as_vec3();
+    Ok(DescribedCamera { eye, forward, vertical_fov: fov.to_radians() })
 }
 
 /// A sky as `--sky` describes it.
@@ -281,7 +316,23 @@ impl FromStr for SizeSpec {
 
 /// A light as `--light` describes it.
 #[derive(Clone, Debug)]
-pub struct LightSpec(Light);
+pub struct LightSpec {
+    /// Its position, if it has one, is [`Self::position`].
+    light: Light,
+    /// In the file's world [m].
+    position: DVec3,
+}
+
+impl LightSpec {
+    fn in_scene(&self, scene: &Scene) -> Light {
+        let place = (self.position - scene.origin).as_vec3();
+        let mut light = self.light.clone();
+        if let Light::Point { position, .. } | Light::Spot { position, .. } = &mut light {
+            *position = place;
+        }
+        light
+    }
+}
 
 impl FromStr for LightSpec {
     type Err = String;
@@ -302,8 +353,10 @@ impl FromStr for LightSpec {
             range => range,
         };
         let kind = fields.0.get("kind").map_or("point", String::as_str);
-        Ok(Self(match kind {
-            "point" => Light::Point { position: fields.vector("position")?, intensity, range },
+        let position =
+            if kind == "directional" { DVec3::ZERO } else { fields.point("position")? };
+        let light = match kind {
+            "point" => Light::Point { position: Vec3::ZERO, intensity, range },
             "spot" => {
                 let inner = fields.number_or("inner", 0.0)?;
                 let outer = fields.number_or("outer", 45.0)?;
@@ -313,7 +366,7 @@ impl FromStr for LightSpec {
                     ));
                 }
                 Light::Spot {
-                    position: fields.vector("position")?,
+                    position: Vec3::ZERO,
                     direction: direction()?,
                     intensity,
                     inner: inner.to_radians(),
@@ -323,7 +376,8 @@ impl FromStr for LightSpec {
             }
             "directional" => Light::Directional { direction: direction()?, irradiance: intensity },
             other => return Err(format!("kind={other} is none of point, spot, directional")),
-        }))
+        };
+        Ok(Self { light, position })
     }
 }
 
@@ -352,6 +406,16 @@ impl Fields {
         parse_vector(value).map_err(|error| format!("{key}={value}: {error}"))
     }
 
+    /// A point of the file's world [m].
+    fn point(&self, key: &str) -> Result<DVec3, String> {
+        let value = self.0.get(key).ok_or_else(|| format!("`{key}=x,y,z` is missing"))?;
+        let point = parse_numbers(value).map_err(|error| format!("{key}={value}: {error}"))?;
+        if point.abs().max_element() > f64::from(MAX_COORDINATE) {
+            return Err(format!("{key}={value} lies beyond {MAX_COORDINATE:e} m"));
+        }
+        Ok(point)
+    }
+
     fn vector_or(&self, key: &str, default: Vec3) -> Result<Vec3, String> {
         if self.0.contains_key(key) { self.vector(key) } else { Ok(default) }
     }
@@ -372,12 +436,17 @@ impl Fields {
 }
 
 fn parse_vector(text: &str) -> Result<Vec3, String> {
-    let numbers: Vec<f32> = text
+    let vector = parse_numbers(text)?.as_vec3();
+    if vector.is_finite() { Ok(vector) } else { Err("numbers must be finite".into()) }
+}
+
+fn parse_numbers(text: &str) -> Result<DVec3, String> {
+    let numbers: Vec<f64> = text
         .split(',')
         .map(|number| number.trim().parse().map_err(|_| format!("`{number}` is not a number")))
         .collect::<Result<_, _>>()?;
     match numbers[..] {
-        [x, y, z] if x.is_finite() && y.is_finite() && z.is_finite() => Ok(Vec3::new(x, y, z)),
+        [x, y, z] if x.is_finite() && y.is_finite() && z.is_finite() => Ok(DVec3::new(x, y, z)),
         [_, _, _] => Err("numbers must be finite".into()),
         _ => Err(format!("expected three numbers x,y,z, found {}", numbers.len())),
     }

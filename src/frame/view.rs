@@ -15,8 +15,9 @@ pub struct ViewSettings {
     pub n_accumulated: u32,
     /// Stream of random numbers.
     pub seed: u32,
-    /// Distance of the near plane \[m\], above 0; nothing in front of it is seen.
-    pub near: f32,
+    /// Distance of the near plane \[m\], above 0; nothing in front of it is seen. None: 1 cm, or 10⁻⁴ of the scene's
+    /// diagonal where that is less. (Depths are as exact with any: they are reversed, and found from the pixel's ray.)
+    pub near: Option<f32>,
     /// The first surface is a white Lambertian: π·(direct + indirect) is its irradiance.
     pub irradiance: bool,
     /// How far ambient occlusion looks \[m\], at least 0.
@@ -24,9 +25,9 @@ pub struct ViewSettings {
 }
 
 impl Default for ViewSettings {
-    /// One frame, seed 0, 1 cm; ambient occlusion as far as 1 m.
+    /// One frame, seed 0, a near plane by the scene's size; ambient occlusion as far as 1 m.
     fn default() -> Self {
-        Self { n_accumulated: 1, seed: 0, near: 0.01, irradiance: false, occlusion_distance: 1.0 }
+        Self { n_accumulated: 1, seed: 0, near: None, irradiance: false, occlusion_distance: 1.0 }
     }
 }
 
@@ -61,8 +62,9 @@ impl View {
         settings: &ViewSettings,
     ) {
         let size = self.data.size;
-        let range = orthographic_range(camera, scene, settings.near);
-        let clip_from_world = clip_from_world(camera, size, settings.near, range);
+        let near = settings.near.unwrap_or_else(|| near_of(scene));
+        let range = orthographic_range(camera, scene, near);
+        let clip_from_world = clip_from_world(camera, size, near, range);
         let world_from_clip = clip_from_world.inverse().as_mat4();
         let clip_from_world = clip_from_world.as_mat4();
         let previous: Mat4 =
@@ -77,12 +79,16 @@ impl View {
             jitter: if settings.n_accumulated > 1 { jitter(frame) } else { Vec2::ZERO },
             frame,
             seed: settings.seed,
-            near: settings.near,
+            near,
             footprint: 1.0 / (settings.n_accumulated.max(1) as f32).sqrt(),
             lambert: u32::from(scene.is_diffuse_only()),
             irradiance: u32::from(settings.irradiance),
             inverse_range: 1.0 / range,
             occlusion_distance: settings.occlusion_distance,
+            emission_scale: emission_scale(scene.brightest_emission()),
+            reserved_a: 0,
+            reserved_b: 0,
+            reserved_c: 0,
         };
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.data));
         self.n_frames += 1;
@@ -114,18 +120,40 @@ impl View {
     }
 }
 
-/// The plastic number, the real root of g³ = g + 1.
-const PLASTIC: f64 = 1.324_717_957_244_746;
-
-/// Where frame `ix` samples its pixels, from their centre \[pixels\]: M. Roberts' R2 sequence, 2018,
-/// in fixed point, so that it does not coarsen; it begins at the centre.
+/// Where frame `ix` samples its pixels, from their centre \[pixels\]: the first two dimensions of Sobol's sequence (I. Sobol',
+/// 1967), turned so that it begins at the centre. Any 2ᵏ frames in a row from a multiple of 2ᵏ on, the first ones above all,
+/// have one sample in each of 2ᵏ equal rows and columns of the pixel. (Of R2's first 32 points, none lies in the lowest 8 % of
+/// the pixel: what covers no more was not seen.)
 fn jitter(ix: u32) -> Vec2 {
-    let component = |step: f64| {
-        let step = (step * f64::from(u32::MAX)) as u32;
-        let bits = 0x8000_0000u32.wrapping_add(ix.wrapping_mul(step));
-        (bits >> 8) as f32 / (1 << 24) as f32 - 0.5
-    };
-    Vec2::new(component(1.0 / PLASTIC), component(1.0 / (PLASTIC * PLASTIC)))
+    let x = ix.reverse_bits();
+    let mut y = 0;
+    let (mut rest, mut direction) = (ix, 1u32 << 31);
+    while rest != 0 {
+        y ^= if rest & 1 == 1 { direction } else { 0 };
+        direction ^= direction >> 1;
+        rest >>= 1;
+    }
+    let component = |bits: u32| ((bits ^ 1 << 31) >> 8) as f32 / (1 << 24) as f32 - 0.5;
+    Vec2::new(component(x), component(y))
+}
+
+/// The near plane's distance where none is asked for \[m\].
+fn near_of(scene: &GpuScene) -> f32 {
+    const NEAR: f32 = 0.01;
+    const SHARE: f32 = 1e-4;
+    let (min, max) = scene.bounds();
+    let share = SHARE * (max - min).length();
+    // A scene of one point has no size.
+    if share > 0.0 { share.min(NEAR) } else { NEAR }
+}
+
+/// The power of two that brings the brightest emission \[W·sr⁻¹·m⁻²\] to 2¹⁴ to 2¹⁵, below the 65 504 that 16-bit floats hold.
+fn emission_scale(brightest: f32) -> f32 {
+    if !(brightest.is_normal() && brightest > 0.0) {
+        return 1.0;
+    }
+    // Within what f32 can multiply by and divide by.
+    2f32.powi((14 - brightest.log2().floor() as i32).clamp(-120, 120))
 }
 
 /// How deep an orthographic camera must see to see all of the scene \[m\].
@@ -159,4 +187,30 @@ fn clip_from_world(camera: &Camera, size: UVec2, near: f32, range: f32) -> DMat4
         }
     };
     DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every block of 2ᵏ frames has a sample in each elementary rectangle of area 2⁻ᵏ.
+    #[test]
+    fn jitter_is_a_net() {
+        assert_eq!(jitter(0), Vec2::ZERO);
+        for k in 1..=8u32 {
+            let n = 1u32 << k;
+            for first in [0, n, 6 * n] {
+                for log_columns in 0..=k {
+                    let (columns, rows) = (1u32 << log_columns, n >> log_columns);
+                    let mut seen = vec![false; n as usize];
+                    for ix in first..first + n {
+                        let at = jitter(ix) + 0.5;
+                        assert!(at.min_element() >= 0.0 && at.max_element() < 1.0);
+                        let (x, y) = ((at.x * columns as f32) as u32, (at.y * rows as f32) as u32);
+                        assert!(!std::mem::replace(&mut seen[(y * columns + x) as usize], true));
+                    }
+                }
+            }
+        }
+    }
 }

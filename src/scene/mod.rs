@@ -14,7 +14,7 @@ mod obj;
 mod resource;
 mod validate;
 
-use glam::{Affine2, Affine3A, Vec2, Vec3, Vec4};
+use glam::{Affine2, Affine3A, DVec3, Vec2, Vec3, Vec4};
 
 pub use self::error::{
     Attribute, DataProblem, DropReason, ErrorKind, ImageError, LineProblem, ResourceError,
@@ -31,6 +31,9 @@ pub const MAX_COORDINATE: f32 = 1e9;
 /// Everything that light can meet.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
+    /// Where this scene's (0, 0, 0) stands in the file's world \[m\]: not zero where that lies so far from its origin that 32-bit
+    /// floats would tell its points badly apart. All coordinates below are relative to it.
+    pub origin: DVec3,
     /// Triangle meshes in object space, one per material.
     pub meshes: Vec<Mesh>,
     /// Where the meshes stand.

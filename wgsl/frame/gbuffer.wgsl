@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | albedo | rgba8unorm-srgb | rgb: base colour; a (linear): metallic |
 //! | normals | rg32uint | shading and geometric normal, `octahedral::pack_direction`, towards the viewer |
-//! | emission | rgba16float | rgb: radiance emitted towards the camera, at most 65504; a: roughness |
+//! | emission | rgba16float | rgb: radiance emitted towards the camera · `view.emission_scale`; a: roughness |
 //! | motion | rg16float | where the point was in the frame before, less where it is (`frame::view`) |
 //! | depth | depth32float | near/z, 0 where there is no surface |
 //!
@@ -78,7 +78,7 @@ fn encode_gbuffer(
     return GBufferTexels(
         vec4<f32>(base_color, metallic),
         vec2<u32>(pack_direction(shading_normal), pack_direction(geometric_normal)),
-        vec4<f32>(min(emission, vec3<f32>(MAX_EMISSION)), roughness),
+        vec4<f32>(min(emission * view.emission_scale, vec3<f32>(MAX_EMISSION)), roughness),
         view.near / depth,
     );
 }
@@ -102,7 +102,7 @@ fn decode_gbuffer(view: FrameView, pixel: vec2<u32>, texels: GBufferTexels) -> G
     surface.albedo = select(texels.albedo.rgb, vec3<f32>(1.0), white);
     surface.metallic = texels.albedo.a;
     surface.roughness = texels.emission.a;
-    surface.emission = texels.emission.rgb;
+    surface.emission = texels.emission.rgb / view.emission_scale;
     return surface;
 }
 

@@ -37,6 +37,12 @@ struct FrameView {
     inverse_range: f32,
     /// How far ambient occlusion looks [m].
     occlusion_distance: f32,
+    /// What the G-buffer's emission is multiplied by, a power of two: the scene's brightest emission has room in 16 bits, and
+    /// so have emissions 2²⁸ times weaker.
+    emission_scale: f32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
 }
 
 /// No point of the frame before moves this far: what was behind its camera.

@@ -21,9 +21,10 @@ pub struct RealtimeArguments {
     /// Rays to emissive surfaces and the sky, per pixel and frame (not for the reference).
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=1024))]
     light_samples: u32,
-    /// Distance in front of the camera from which surfaces are seen [m] (not for the reference).
-    #[arg(long, value_name = "M", default_value_t = 0.01, value_parser = parse_near)]
-    near: f32,
+    /// Distance in front of the camera from which surfaces are seen [m] (not for the reference). [default: 0.01, or
+    /// 1e-4 of the scene's diagonal if that is less]
+    #[arg(long, value_name = "M", value_parser = parse_near)]
+    near: Option<f32>,
     /// Frames in which a technique learns before the first one that is accumulated.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warm_up: u32,
@@ -78,8 +79,8 @@ fn parse_radius(text: &str) -> Result<f32, String> {
 
 fn parse_near(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
-        Ok(near) if (1e-6..=1e6).contains(&near) => Ok(near),
-        _ => Err("expected metres between 1e-6 and 1e6".into()),
+        Ok(near) if (1e-12..=1e6).contains(&near) => Ok(near),
+        _ => Err("expected metres between 1e-12 and 1e6".into()),
     }
 }
 
