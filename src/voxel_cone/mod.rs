@@ -17,6 +17,7 @@
 mod bounce;
 mod fill;
 mod occlusion;
+mod peak;
 mod pyramid;
 mod settings;
 mod shade;
@@ -34,6 +35,7 @@ use bounce::BouncePass;
 use fill::FillPass;
 use glam::Vec3;
 use occlusion::OcclusionPass;
+use peak::PeakPass;
 use shade::ShadePass;
 
 pub use fill::PrefilterPass;
@@ -72,6 +74,7 @@ pub struct VoxelCone {
     light: VoxelRt,
     attributes: Vec<VoxelAttributes>,
     pyramid: Pyramid,
+    peak: PeakPass,
     fill: FillPass,
     prefilter: PrefilterPass,
     bounce: BouncePass,
@@ -150,6 +153,7 @@ impl VoxelCone {
         };
         let occlusion = OcclusionPass::new(gpu, &pyramid, &settings);
         Ok(Self {
+            peak: PeakPass::new(gpu, buffers),
             fill: FillPass::new(gpu, &pyramid, buffers, &attributes, &settings),
             prefilter: PrefilterPass::new(gpu, &pyramid),
             bounce: BouncePass::new(gpu, &pyramid, buffers, &attributes),
@@ -238,6 +242,7 @@ impl VoxelCone {
 
     /// Brings the light of faces into the pyramid.
     fn build(&self, frame: &mut Frame) {
+        self.peak.record(frame, &self.light, &self.pyramid);
         self.fill.record(frame);
         let written = frame.timers.as_mut().and_then(|t| t.compute("voxel_cone/prefilter"));
         self.prefilter.record(frame.encoder, written);

@@ -69,6 +69,10 @@ fn layout_of(grids: &[VoxelGrid], squared_weights: bool) -> PyramidLayout {
         n_faces,
         volume_even: UVec3::ONE,
         squared_weights: u32::from(squared_weights),
+        peak: 0,
+        reserved_a: 0,
+        reserved_b: 0,
+        reserved_c: 0,
     };
     // Where the next block of each volume begins along y.
     let mut next = [0; 3];
@@ -186,6 +190,12 @@ impl Pyramid {
             self.layout.levels[level].origin = origin;
             gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.layout));
         }
+    }
+
+    /// Records that light is scaled by this peak from here on, a u32: `peak` of the layout. All mips must be made anew.
+    pub(super) fn take_peak(&self, encoder: &mut wgpu::CommandEncoder, peak: &wgpu::Buffer) {
+        let at = std::mem::offset_of!(PyramidLayout, peak) as u64;
+        encoder.copy_buffer_to_buffer(peak, 0, &self.uniform, at, 4);
     }
 
     /// Bind group 2 of kernels that read it.

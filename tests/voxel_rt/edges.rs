@@ -141,7 +141,7 @@ fn what_is_not_finite_is_counted_and_left_out() {
     let pixels = session.run(&world, 8);
     assert!(pixels.iter().all(|pixel| pixel.indirect.is_finite()));
     let rejected: Vec<u32> =
-        bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().n_rejected));
+        bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().faults));
     assert!(rejected[0] > 0);
 }
 

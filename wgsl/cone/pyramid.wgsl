@@ -56,6 +56,19 @@ struct PyramidLayout {
     /// 1: faces are weighed by the squares of the direction's components, as in the source. 0: by their
     /// absolute values.
     squared_weights: u32,
+    /// Bits of the largest irradiance that is in it [W·m⁻²]: texels hold light times [`radiance_scale`] of it. 0: as it is.
+    peak: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
+}
+
+/// The power of two that light is kept times, in 16-bit floats: the largest irradiance comes to 2¹³ to 2¹⁴ (so τ·L is below
+/// 17 000), and what is 2²⁷ times less has all digits. `peak`: the bits of a float ≥ 0.
+fn radiance_scale(peak: u32) -> f32 {
+    // 2^(13 − (e − 127)), e being the exponent's bits.
+    let exponent = clamp(267 - i32(peak >> 23u), 1, 253);
+    return select(bitcast<f32>(u32(exponent) << 23u), 1.0, peak == 0u);
 }
 
 /// Which volume holds a mip: 0, 1 or 2.

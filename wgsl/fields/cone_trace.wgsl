@@ -6,7 +6,7 @@
 
 #import lucerna::cone::march::{Cone, ConeCells, ConeSettings, HALF_OF_WALL, MAX_STEPS, cone_cells, cone_point, cone_step}
 #import lucerna::cone::medium::{Medium, MediumLight, add_medium, clear_way, end_of_way}
-#import lucerna::cone::pyramid::{MAX_MIPS, direction_weights, pyramid_weight}
+#import lucerna::cone::pyramid::{MAX_MIPS, direction_weights, pyramid_weight, radiance_scale}
 #import lucerna::fields::voxel_pyramid::{filtered_texel, pyramid}
 #import lucerna::voxel::grid::faces_of_direction
 
@@ -54,7 +54,7 @@ fn medium_of_mip(level_ix: u32, mip: u32, position: vec3<f32>, direction: vec3<f
     return Medium(texel.rgb / cell, texel.a / cell);
 }
 
-/// The voxels around a point, averaged over cells (between the two nearest mips that are not too large), seen
+/// The voxels around a point (their light times `cone::pyramid::radiance_scale`), averaged over cells (between the two nearest mips that are not too large), seen
 /// along a direction of unit length.
 fn medium_at(position: vec3<f32>, direction: vec3<f32>, cells: ConeCells) -> Medium {
     var out = Medium(vec3<f32>(0.0), 0.0);
@@ -124,5 +124,5 @@ fn trace_cone(cone: Cone, settings: ConeSettings, near: f32) -> ConeResult {
             break;
         }
     }
-    return ConeResult(light.radiance, light.transmittance, near_light, n_steps, 0u, 0u);
+    return ConeResult(light.radiance / radiance_scale(pyramid.peak), light.transmittance, near_light, n_steps, 0u, 0u);
 }

@@ -12,7 +12,7 @@
 
 #import lucerna::cone::medium::texel_of_surface
 #import lucerna::cone::opacity::corner_opacity
-#import lucerna::cone::pyramid::{MAX_MIPS, texel_of_cell}
+#import lucerna::cone::pyramid::{MAX_MIPS, radiance_scale, texel_of_cell}
 #import lucerna::fields::pyramid_texels::{pyramid, store_texel}
 #import lucerna::math::constants::INV_PI
 #import lucerna::math::float::all_finite
@@ -67,7 +67,7 @@ fn texel_of_face(slot: u32, face: u32, opacity: f32) -> vec4<f32> {
     if !all_finite(radiance) {
         radiance = vec3<f32>(0.0);
     }
-    return texel_of_surface(max(radiance, vec3<f32>(0.0)), opacity);
+    return texel_of_surface(max(radiance, vec3<f32>(0.0)) * radiance_scale(pyramid.peak), opacity);
 }
 
 /// What a voxel's face looks like.
