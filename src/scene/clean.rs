@@ -181,6 +181,19 @@ fn repair_colors(mesh: &mut Mesh, warnings: &mut Warnings) {
     replaced(mesh, n, Attribute::Colors, warnings);
 }
 
+/// For a material whose emissive texture cannot be read: white in its stead would make the whole
+/// surface glow.
+pub(super) fn dark(material: &mut Material, at: &str, texture: &str, warnings: &mut Warnings) {
+    material.emission_texture = None;
+    if material.emission != Vec3::ZERO {
+        material.emission = Vec3::ZERO;
+        warnings.push(Warning::Value {
+            at: at.to_owned(),
+            problem: format!("{texture} cannot be read, so that it emits nothing"),
+        });
+    }
+}
+
 /// What a material reads, its mesh has: a set that is missing becomes (0, 0).
 pub(super) fn fill_texcoords(
     mesh: &mut Mesh,

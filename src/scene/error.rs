@@ -77,11 +77,21 @@ pub enum ErrorKind {
         message: String,
     },
     /// Not glTF 2.
-    #[error("glTF version {version:?} is not supported; export as glTF 2.0")]
+    #[error(
+        "glTF {version} is not supported, only glTF 2.0 is; export the scene as glTF 2.0, or convert it"
+    )]
     Version {
-        /// `asset.version` or `asset.minVersion`.
+        /// `asset.version` or `asset.minVersion`, or what the binary container says.
         version: String,
     },
+    /// The file does not say which glTF it is.
+    #[error(
+        "asset.version is missing (glTF 1.0 may lack it); export the scene as glTF 2.0, which says \"asset\": {{\"version\": \"2.0\"}}"
+    )]
+    NoVersion,
+    /// A text in 16-bit units.
+    #[error("the text is UTF-16; save it as UTF-8")]
+    Utf16,
     /// `extensionsRequired` names what this loader does not know.
     #[error("the file requires the extension {name}, which is not supported; export without it")]
     Extension {
@@ -200,9 +210,6 @@ pub enum DataProblem {
         /// The accessor's count.
         count: u64,
     },
-    /// There are no bytes at all.
-    #[error("has neither bufferView nor sparse values")]
-    Missing,
 }
 
 /// Why a file beside the scene, or data within it, cannot be read.
@@ -386,7 +393,7 @@ pub enum Warning {
         /// The accessor and its user.
         at: String,
     },
-    /// An image was replaced by white (or a normal map left out).
+    /// An image was replaced by white (a normal map: left out; an emissive texture: no emission).
     Image {
         /// The image.
         image: String,
@@ -462,6 +469,8 @@ pub enum Attribute {
 pub enum LineProblem {
     /// `v`, `vt` or `vn` with too few numbers or no numbers; read as NaN or 0.
     Numbers,
+    /// A number such as `0,5`; read as 0.5.
+    Comma,
     /// A face with fewer than 3 corners.
     FewCorners,
     /// A face whose vertex index is out of range.
@@ -512,6 +521,7 @@ impl fmt::Display for LineProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Numbers => "too few or unreadable numbers, read as NaN",
+            Self::Comma => "decimal comma, read as a point",
             Self::FewCorners => "face with fewer than 3 corners, skipped",
             Self::Index => "face with a vertex index out of range, skipped",
             Self::AttributeIndex => {
@@ -543,7 +553,11 @@ impl fmt::Display for Warning {
             Self::Transform { node, problem } => write!(f, "{node}: {problem}"),
             Self::Misaligned { at } => write!(f, "{at}: data is misaligned, read all the same"),
             Self::Image { image, source } => {
-                write!(f, "{image}: {source}; read as white, or as no normal map")
+                write!(
+                    f,
+                    "{image}: {source}; read as white (as a normal map: left out; as an emissive \
+                     texture: no emission)"
+                )
             }
             Self::Blend { material } => write!(
                 f,

@@ -22,13 +22,13 @@ use self::material::ImageSlot;
 use self::nodes::Placed;
 use super::error::{ErrorKind, ResourceError, Warning, Warnings, short};
 use super::limits::{Budget, LoadLimits};
-use super::resource::read_uri;
+use super::resource::Files;
 use super::{Instance, Loaded, MAX_COORDINATE, Scene};
 
 /// What is known while a file is read.
 struct Loader<'a> {
     data: Data<'a>,
-    folder: Option<&'a Path>,
+    files: Files<'a>,
     limits: &'a LoadLimits,
     budget: Budget,
     /// Instanced triangles so far.
@@ -55,7 +55,9 @@ pub(super) fn load(
     mut budget: Budget,
 ) -> Result<Loaded, ErrorKind> {
     let (root, bin) = container::parse(bytes, &mut budget)?;
-    let buffers = read_buffers(&root, bin, folder, &mut budget)?;
+    let mut files = Files::new(folder);
+    let mut warnings = Warnings::default();
+    let buffers = read_buffers(&root, bin, &mut files, &mut budget, &mut warnings)?;
     let mut loader = Loader {
         meshes: vec![None; root.meshes.len()],
         materials: vec![None; root.materials.len()],
@@ -63,13 +65,13 @@ pub(super) fn load(
         textures: vec![None; root.textures.len()],
         images: vec![None; root.images.len()],
         data: Data { root: &root, buffers },
-        folder,
+        files,
         limits,
         budget,
         n_triangles: 0,
         n_placed: 0,
         boxes: Vec::new(),
-        warnings: Warnings::default(),
+        warnings,
         scene: Scene::default(),
     };
     loader.warn_ignored();
@@ -85,14 +87,18 @@ pub(super) fn load(
 fn read_buffers<'a>(
     root: &Root,
     bin: Option<&'a [u8]>,
-    folder: Option<&Path>,
+    files: &mut Files,
     budget: &mut Budget,
+    warnings: &mut Warnings,
 ) -> Result<Vec<Cow<'a, [u8]>>, ErrorKind> {
     let mut buffers = Vec::with_capacity(root.buffers.len());
     for (ix, buffer) in root.buffers.iter().enumerate() {
         let failed = |source| ErrorKind::Buffer { buffer: ix, source };
         let mut bytes = match (&buffer.uri, bin) {
-            (Some(uri), _) => Cow::Owned(read_uri(uri, folder, budget).map_err(failed)?),
+            (Some(uri), _) => {
+                let at = format!("buffers[{ix}]");
+                Cow::Owned(files.read_uri(uri, &at, budget, warnings).map_err(failed)?)
+            }
             (None, Some(bin)) if ix == 0 => Cow::Borrowed(bin),
             (None, _) => return Err(failed(ResourceError::Missing)),
         };

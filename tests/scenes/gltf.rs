@@ -210,7 +210,7 @@ fn a_normal_map_that_cannot_be_read_is_left_out() {
     ));
     let m = &loaded.scene.materials[0];
     assert_eq!(m.normal_texture, None);
-    assert!(m.emission_texture.is_some());
+    assert_eq!(m.emission_texture, None);
     assert_eq!(loaded.scene.images[0].rgba, [[255; 4]]);
     assert!(matches!(loaded.warnings[..], [Warning::Image { .. }]));
 }

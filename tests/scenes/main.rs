@@ -2,6 +2,7 @@
 //! Loading of scenes: every feature by numbers, every malformed file by what it gives.
 
 mod builder;
+mod cases;
 mod gltf;
 mod images;
 mod limits;

@@ -152,10 +152,9 @@ impl Data<'_> {
                     bytes.extend_from_slice(&source.bytes[start..start + size]);
                 }
             }
-        } else if accessor.sparse.is_some() {
-            bytes.resize(n * size, 0);
         } else {
-            return Err(wrong(DataProblem::Missing));
+            // glTF 2.0 §5.1.1: without a buffer view, zeros (which sparse values may replace).
+            bytes.resize(n * size, 0);
         }
         if let Some(sparse) = &accessor.sparse {
             self.put_sparse(sparse, &mut bytes, size, component.size(), count, &wrong)?;

@@ -16,8 +16,8 @@ pub(super) struct Placed {
     pub world_from_object: DAffine3,
 }
 
-/// The nodes of the default scene (of the whole file, where no default is named) in the file's
-/// order, parents first. A node whose transform cannot be used is left out with all below it.
+/// The nodes of the default scene in the file's order, parents first: of the first scene where no
+/// default is named, of the whole file where there are no scenes. A node whose transform cannot be used is left out with all below it.
 pub(super) fn place(
     root: &Root,
     limits: &LoadLimits,
@@ -26,10 +26,24 @@ pub(super) fn place(
     let parents = parents(root)?;
     refuse_cycles(&parents)?;
 
-    let roots: Vec<usize> = match root.scene {
-        Some(scene) => {
-            let scene_ix = scene.value();
+    let scene_ix = match root.scene {
+        Some(scene) => Some(scene.value()),
+        None if root.scenes.is_empty() => None,
+        None => Some(0),
+    };
+    let roots: Vec<usize> = match scene_ix {
+        Some(scene_ix) => {
             let scene = index(&root.scenes, scene_ix, "scenes", || "scene".to_owned())?;
+            if root.scene.is_none() && root.scenes.len() > 1 {
+                warnings.push(Warning::Value {
+                    at: "scene".to_owned(),
+                    problem: format!(
+                        "none of the {} scenes is named as the default; {} is read",
+                        root.scenes.len(),
+                        named("scenes", scene_ix, scene.name.as_deref())
+                    ),
+                });
+            }
             scene_roots(root, scene_ix, &scene.nodes, &parents)?
         }
         None => (0..root.nodes.len()).filter(|&node| parents[node].is_none()).collect(),
