@@ -67,7 +67,7 @@ fn judge(positions: &[Vec3], triangle: &[u32; 3]) -> Option<DropReason> {
 }
 
 /// Keeps only the vertices that triangles use.
-fn compact(mesh: &mut Mesh) {
+pub(super) fn compact(mesh: &mut Mesh) {
     const UNUSED: u32 = u32::MAX;
     let mut new_ix = vec![UNUSED; mesh.positions.len()];
     let mut kept = Vec::new();

@@ -126,6 +126,14 @@ pub enum ErrorKind {
         /// What is wrong.
         problem: DataProblem,
     },
+    /// A skin, or what binds a primitive to it, is not as glTF says.
+    #[error("{at}: {problem}")]
+    Skin {
+        /// The skin or the primitive.
+        at: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// A node is its own ancestor.
     #[error("nodes[{node}] is its own ancestor; the nodes must form a tree")]
     NodeCycle {

@@ -191,3 +191,29 @@ fn without_a_default_the_first_scene_is_read() {
     assert_eq!(scene.instances.len(), 1);
     assert_eq!(base_color(&scene), RED);
 }
+
+#[test]
+fn a_node_may_flatten_its_mesh() {
+    let scene = warned(
+        "flat_scale/flat.gltf",
+        &["meshes[5].primitives[0] at nodes[5]: 8 triangle(s) dropped: zero area"],
+    );
+    let flat = scene.instances.last().unwrap();
+    let mesh = &scene.meshes[flat.mesh];
+    let mut area = 0.0;
+    for triangle in &mesh.triangles {
+        let [a, b, c] =
+            triangle.map(|i| flat.world_from_object.transform_point3(mesh.positions[i as usize]));
+        assert!([a, b, c].iter().all(|p| p.z == -0.5));
+        area += (b - a).cross(c - a).length() / 2.0;
+    }
+    // Front and back of a box of 0.6 m.
+    assert_eq!(mesh.triangles.len(), 4);
+    assert!((area - 2.0 * 0.36).abs() < 1e-6, "{area}");
+    assert_eq!(clean("flat_scale/thin.gltf").n_triangles(), scene.n_triangles() + 8);
+}
+
+#[test]
+fn joints_place_a_skinned_mesh() {
+    is_quad(&clean("skin/armature_001.gltf"));
+}

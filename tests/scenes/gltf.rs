@@ -318,6 +318,52 @@ fn sparse_without_a_base_starts_at_zero() {
 }
 
 #[test]
+fn every_accessor_without_bytes_is_zeros() {
+    let mut b = Builder::default();
+    b.floats(&TRIANGLE);
+    b.accessor(5126, "VEC3", 3, "");
+    b.accessor(5126, "VEC4", 3, "");
+    b.accessor(5123, "VEC2", 3, r#","normalized":true"#);
+    b.accessor(5125, "SCALAR", 6, "");
+    b.accessor(5126, "VEC3", 4_000_000_000, "");
+    let file = |attributes: &str, more: &str| {
+        b.gltf(&format!(
+            r#""nodes":[{{"mesh":0}},{{"mesh":1}}],"meshes":[
+                {{"primitives":[{{"attributes":{{{attributes}}}{more}}}]}},
+                {{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}]"#
+        ))
+    };
+    let all = r#""POSITION":0,"NORMAL":1,"TANGENT":2,"TEXCOORD_0":3,"COLOR_0":2"#;
+    let loaded = load_gltf(&file(all, ""));
+    let mesh = &loaded.scene.meshes[0];
+    // Normals and tangents of length 0 are mended, with a warning each.
+    assert_eq!(mesh.normals, [Vec3::Z; 3]);
+    assert_eq!((&mesh.uv0[..], &mesh.colors[..]), (&[Vec2::ZERO; 3][..], &[Vec4::ZERO; 3][..]));
+    assert_eq!(loaded.warnings.len(), 2);
+    // Positions and indices of 0 cost their triangles, not the file.
+    for (attributes, more) in [(r#""POSITION":1"#, ""), (r#""POSITION":0"#, r#","indices":4"#)] {
+        let loaded = load_gltf(&file(attributes, more));
+        assert_eq!(loaded.scene.n_triangles(), 1);
+        assert!(matches!(loaded.warnings[..], [Warning::Dropped { .. }]), "{:?}", loaded.warnings);
+    }
+    // A few bytes of JSON may not ask for any memory.
+    let huge = file(r#""POSITION":5"#, "");
+    let error = Scene::from_gltf_slice(&huge, None, &LoadLimits::default()).unwrap_err();
+    assert!(error.to_string().contains("raise LoadLimits::max_bytes"), "{error}");
+}
+
+#[test]
+fn an_emissive_texture_of_an_unknown_set_is_dark() {
+    let loaded = load_gltf(&textured(
+        r#""images":[{"uri":"data:image/png;base64,AAAA"}],"textures":[{"source":0}],
+        "materials":[{"emissiveFactor":[1,1,1],"emissiveTexture":{"index":0,"texCoord":7}}]"#,
+    ));
+    assert_eq!(loaded.scene.materials[0].emission, Vec3::ZERO);
+    let shown: Vec<String> = loaded.warnings.iter().map(|w| w.to_string()).collect();
+    assert!(shown[0].contains("TEXCOORD_7") && shown[1].contains("emits nothing"), "{shown:?}");
+}
+
+#[test]
 fn lists_strips_and_fans() {
     let mut b = Builder::default();
     b.floats(&[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.], [0., 2., 0.]]);
@@ -445,7 +491,9 @@ fn what_is_not_understood_is_named() {
         shown,
         [
             "extensionsUsed: KHR_materials_clearcoat ignored",
-            "nodes[0]: a skin (the mesh stands as at rest) is ignored"
+            "meshes[0].primitives[0] at nodes[0]: its skin cannot be used \
+             (lacks JOINTS_0 or WEIGHTS_0); the mesh stands without it, and without the node's \
+             transform"
         ]
     );
 }

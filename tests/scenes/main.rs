@@ -3,12 +3,15 @@
 
 mod builder;
 mod cases;
+mod flat;
 mod gltf;
 mod images;
 mod limits;
 mod malformed;
+mod names;
 mod obj;
 mod shipped;
+mod skins;
 mod validate;
 
 use std::path::PathBuf;
