@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bytes that a scene names: files in its folder, and data URIs.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::fs::File;
@@ -87,8 +88,9 @@ impl<'a> Files<'a> {
         if let Ok(found) = self.find(uri, here) {
             return Ok(found);
         }
-        let plain = uri.split(['?', '#']).next().filter(|plain| plain.len() < uri.len());
+        let plain = uri.split(['?', '#']).next();
         plain
+            .filter(|plain| !plain.is_empty() && plain.len() < uri.len())
             .and_then(|plain| decode_percent(plain).ok())
             .and_then(|plain| self.find(&plain, here).ok())
             .ok_or(first)
@@ -120,12 +122,12 @@ impl<'a> Files<'a> {
             }
         }
         let relative = path.strip_prefix(&folder).map_err(|_| outside())?.to_owned();
-        let (path, called) = match path.canonicalize() {
-            Ok(path) => (path, None),
+        let (path, relative, called) = match path.canonicalize() {
+            Ok(path) => (path, relative, None),
             Err(e) => {
                 let spelled = self.spelled(&folder, &relative).ok_or_else(|| io(e))?;
                 let called = spelled.display().to_string();
-                (folder.join(spelled).canonicalize().map_err(io)?, Some(called))
+                (folder.join(&spelled).canonicalize().map_err(io)?, spelled, Some(called))
             }
         };
         if !path.starts_with(&folder) {
@@ -146,7 +148,9 @@ impl<'a> Files<'a> {
             }
             let wanted = folded(part.as_os_str().to_str()?);
             let names = self.listings.entry(parent).or_insert_with_key(|parent| list(parent));
-            spelled.push(&names.iter().find(|(folded, _)| *folded == wanted)?.1);
+            let first = names.partition_point(|(folded, _)| *folded < wanted);
+            let (_, name) = names.get(first).filter(|(folded, _)| *folded == wanted)?;
+            spelled.push(name);
         }
         Some(spelled)
     }
@@ -233,6 +237,11 @@ fn read_data(data: &str, budget: &mut Budget) -> Result<Vec<u8>, ResourceError> 
         len,
         left,
     })?;
+    // A URI may encode any of its characters: `%3D` for `=`.
+    let base64 = match base64.contains('%') {
+        true => Cow::Owned(decode_percent(base64)?),
+        false => Cow::Borrowed(base64),
+    };
     decode_base64(base64.as_bytes())
 }
 
@@ -342,6 +351,16 @@ mod tests {
             ("1:2", None),
         ] {
             assert_eq!(scheme(uri), expected, "{uri}");
+        }
+    }
+
+    #[test]
+    fn data_uris() {
+        let mut budget = Budget::new(&crate::scene::LoadLimits::default());
+        let mut warnings = Warnings::default();
+        for uri in ["data:;base64,Pz8+", "DATA:a/b;c=d;BASE64,Pz8-", "data:;base64,Pz8%2B"] {
+            let read = Files::new(None).read_uri(uri, "", &mut budget, &mut warnings);
+            assert_eq!(read.ok().as_deref(), Some(&b"??>"[..]), "{uri}");
         }
     }
 

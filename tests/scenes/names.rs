@@ -244,6 +244,24 @@ fn names_of_materials() {
 }
 
 #[test]
+fn a_library_in_a_folder_of_another_case() {
+    let obj = format!("mtllib SUB\\L.mtl\n{QUAD}vt 0 0\nusemtl m\nf 1/1 2/1 3/1\n");
+    let png = png();
+    let files: [(&str, &[u8]); 3] = [
+        ("s.obj", obj.as_bytes()),
+        ("sub/l.mtl", b"newmtl m\nmap_Kd c.png\n"),
+        ("sub/c.png", &png),
+    ];
+    let loaded = load_folder("folder", &files, "s.obj");
+    assert_eq!(loaded.scene.images[0].rgba, [[10, 20, 30, 255]]);
+    if cfg!(target_os = "linux") {
+        // One for the library; its texture is named as it is called.
+        let named = "mtllib SUB\\L.mtl: named `SUB\\L.mtl`, but the file is called `sub/l.mtl`, which is read";
+        assert_eq!(shown(&loaded), [named]);
+    }
+}
+
+#[test]
 fn libraries_that_are_missing_are_named_one_by_one() {
     let text = format!("mtllib my a.mtl b.mtl\n{QUAD}f 1 2 3 4\n");
     let folder = TempDir::new("none");

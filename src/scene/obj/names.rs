@@ -53,7 +53,10 @@ pub(super) fn libraries<'a>(text: &'a str, exists: &mut dyn FnMut(&str) -> bool)
         return vec![whole];
     }
     let words = words(before_comment(text));
-    let ends_in_mtl = |word: &Word| text[word.range.clone()].to_ascii_lowercase().ends_with(".mtl");
+    let ends_in_mtl: Vec<bool> = words
+        .iter()
+        .map(|word| text[word.range.clone()].to_ascii_lowercase().ends_with(".mtl"))
+        .collect();
     if words.is_empty() {
         return vec![text];
     }
@@ -61,14 +64,14 @@ pub(super) fn libraries<'a>(text: &'a str, exists: &mut dyn FnMut(&str) -> bool)
     // The least cost of the first `to` words, and where their last name starts.
     let mut best = vec![(0, 0)];
     for to in 1..=words.len() {
-        let ends_here = to == words.len() || words[to].quoted || ends_in_mtl(&words[to - 1]);
+        let ends_here = to == words.len() || words[to].quoted || ends_in_mtl[to - 1];
         let froms = (to.saturating_sub(MAX_WORDS)..to).rev();
         let candidates = froms.filter_map(|from| {
             let part = &words[from..to];
             if part.len() > 1 && part.iter().any(|word| word.quoted) {
                 return None;
             }
-            let inside = part.iter().rev().skip(1).any(ends_in_mtl);
+            let inside = ends_in_mtl[from..to - 1].contains(&true);
             let cost = if words.len() <= MAX_WORDS && exists(name(from, to)) {
                 1
             } else if part.len() == 1 && part[0].quoted || (ends_here && !inside) {
