@@ -497,7 +497,7 @@ pub enum LineProblem {
     NotAFace,
     /// `usemtl` names no material; glTF's rough white stands in.
     NoMaterial,
-    /// Not UTF-8; unknown characters were replaced.
+    /// Not UTF-8; read as Latin-1.
     NotUtf8,
 }
 
@@ -543,7 +543,7 @@ impl fmt::Display for LineProblem {
             Self::FlatPolygon => "polygon without area, skipped",
             Self::NotAFace => "points, lines, curves or surfaces, skipped",
             Self::NoMaterial => "usemtl of an unknown material, white instead",
-            Self::NotUtf8 => "not UTF-8, unknown characters replaced",
+            Self::NotUtf8 => "not UTF-8, read as Latin-1",
         })
     }
 }

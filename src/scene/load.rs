@@ -65,7 +65,7 @@ impl Scene {
     /// else `(2 / (Ns + 2))^¼` (1 without `Ns`, or where `Ks` is black); metallic `Pm`; normals
     /// `norm`. Without a material: [`Material::default`](super::Material::default). A `mtllib` may name several libraries; names
     /// may be quoted. Textures lie beside their library, or else beside the OBJ file. Lines end in
-    /// LF, CR LF or CR; UTF-16 and decimal commas are read, with a warning. A keyword that is
+    /// LF, CR LF or CR; UTF-16, Latin-1 and decimal commas are read, with a warning. A keyword that is
     /// unknown, or that has an effect which is not supported, gives one warning a file; `s`, `illum`,
     /// `Ka`, `Ni` and others without effect here give none.
     ///

@@ -94,6 +94,10 @@ fn without_a_default_scene_all_roots_are_read() {
     let nodes = r#""nodes":[{"mesh":0},{"children":[2]},{"mesh":0}]"#;
     let scene = load_clean(&b.gltf(&format!("{nodes},{MESH}")));
     assert_eq!(scene.instances.len(), 2);
+    // Nor does the only scene need to be named.
+    let scenes = r#""scenes":[{"nodes":[1]}]"#;
+    let scene = load_clean(&b.gltf(&format!("{scenes},{nodes},{MESH}")));
+    assert_eq!(scene.instances.len(), 1);
     let scenes = r#""scene":1,"scenes":[{"nodes":[0]},{"nodes":[1]}]"#;
     let scene = load_clean(&b.gltf(&format!("{scenes},{nodes},{MESH}")));
     assert_eq!(scene.instances.len(), 1);

@@ -84,6 +84,33 @@ fn texture_names() {
 }
 
 #[test]
+fn latin_1_is_read() {
+    let png = png();
+    let files: [(&str, &[u8]); 3] = [
+        (
+            "s.obj",
+            b"mtllib l.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl gr\xc3\xbcn\nf 1/1 2/1 3/1\n",
+        ),
+        ("l.mtl", b"newmtl gr\xfcn\nmap_Kd gr\xfcn.png\n"),
+        ("gr\u{fc}n.png", &png),
+    ];
+    let loaded = load_folder("latin", &files, "s.obj");
+    assert_eq!(loaded.scene.materials[0].name, "grün");
+    assert_eq!(loaded.scene.images[0].rgba, [[10, 20, 30, 255]]);
+    assert_eq!(shown(&loaded), ["mtllib l.mtl, line 1: not UTF-8, read as Latin-1"]);
+}
+
+#[test]
+fn values_before_the_first_material_are_named() {
+    let loaded = with_mtl("before", b"# none\nKd 1 0 0\nKs 1 1 1\nnewmtl m\nKd 0 1 0\n");
+    assert_eq!(
+        shown(&loaded),
+        ["mtllib sub/l.mtl, line 2: 2 statement(s) before the first `newmtl`, skipped"]
+    );
+    assert_eq!(loaded.scene.materials[0].base_color, Vec4::new(0., 1., 0., 1.));
+}
+
+#[test]
 fn an_emissive_map_that_is_missing_is_dark() {
     let loaded = with_mtl("dark", b"newmtl m\nKe 3 3 3\nmap_Ke nowhere.png\n");
     assert_eq!(loaded.scene.materials[0].emission, Vec3::ZERO);

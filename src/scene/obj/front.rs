@@ -226,16 +226,16 @@ pub(super) fn lines<'a>(
                 }
                 joined.extend_from_slice(next.trim_ascii());
             }
+            let latin_1 =
+                |bytes: &[u8]| (Cow::Owned(bytes.iter().copied().map(char::from).collect()), false);
             let (text, is_utf8) = match bytes {
                 Cow::Borrowed(bytes) => match std::str::from_utf8(bytes) {
                     Ok(text) => (Cow::Borrowed(text), true),
-                    Err(_) => (String::from_utf8_lossy(bytes), false),
+                    Err(_) => latin_1(bytes),
                 },
                 Cow::Owned(bytes) => match String::from_utf8(bytes) {
                     Ok(text) => (Cow::Owned(text), true),
-                    Err(e) => {
-                        (Cow::Owned(String::from_utf8_lossy(e.as_bytes()).into_owned()), false)
-                    }
+                    Err(e) => latin_1(e.as_bytes()),
                 },
             };
             return Some(Ok(Line { number, text, is_utf8 }));

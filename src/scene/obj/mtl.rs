@@ -161,6 +161,10 @@ fn check(
     let mut text = String::new();
     let mut bump_line = None;
     let mut comma_line = None;
+    let mut latin_1_line = None;
+    // First line and number of what the parser drops, as no material has begun.
+    let mut before_first: Option<(usize, usize)> = None;
+    let mut has_material = false;
     let mut passed = Passed::default();
     for line in lines(bytes, limits) {
         let line = line?;
@@ -200,6 +204,13 @@ fn check(
         if has_comma {
             comma_line.get_or_insert(line.number);
         }
+        if !line.is_utf8 {
+            latin_1_line.get_or_insert(line.number);
+        }
+        has_material |= text.len() > before && known.is_some_and(|(_, kind)| *kind == Use::Name);
+        if text.len() > before && !has_material {
+            before_first.get_or_insert((line.number, 0)).1 += 1;
+        }
         if written.is_none() {
             warnings.push(Warning::Materials {
                 at: format!("{at}, line {}", line.number),
@@ -215,10 +226,19 @@ fn check(
             what: "bump (a height map, unlike the normal map of `norm`) is".to_owned(),
         });
     }
-    if let Some(line) = comma_line {
-        warnings.push(Warning::Value {
+    for (line, problem) in [(comma_line, LineProblem::Comma), (latin_1_line, LineProblem::NotUtf8)]
+    {
+        if let Some(line) = line {
+            warnings.push(Warning::Value {
+                at: format!("{at}, line {line}"),
+                problem: problem.to_string(),
+            });
+        }
+    }
+    if let Some((line, n)) = before_first {
+        warnings.push(Warning::Materials {
             at: format!("{at}, line {line}"),
-            problem: LineProblem::Comma.to_string(),
+            problem: format!("{n} statement(s) before the first `newmtl`, skipped"),
         });
     }
     passed.report(&format!("{at}, "), warnings);
