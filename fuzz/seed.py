@@ -41,7 +41,8 @@ def put(target, name, content):
 def main():
     libraries = []
     for path in sorted(glob.glob(os.path.join(FIXTURES, "**", "*"), recursive=True)):
-        name, ending = os.path.basename(path), os.path.splitext(path)[1]
+        # With the folders: names come more than once.
+        name, ending = os.path.relpath(path, FIXTURES).replace(os.sep, "_"), os.path.splitext(path)[1]
         if ending not in (".gltf", ".glb", ".obj", ".mtl"):
             continue
         with open(path, "rb") as file:

@@ -136,8 +136,11 @@ fn shading_triangle(scene: &Scene, corners: &[Vec3; 3], origin: Origin) -> wgsl:
     let [a, b, c] = *corners;
     let flat = (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or(glam::DVec3::Y).as_vec3();
 
+    // Across a sheet there is one direction; a normal that leans may come out on its wrong side.
+    let is_sheet = linear.determinant() == 0.0;
     let normals = vertices.map(|v| {
-        let normal = mesh.normals.get(v).map_or(flat, |&n| cofactor * n);
+        let given = mesh.normals.get(v).filter(|_| !is_sheet);
+        let normal = given.map_or(flat, |&n| cofactor * n);
         normal.try_normalize().unwrap_or(flat)
     });
     let uv = |set: &[Vec2]| vertices.map(|v| set.get(v).copied().unwrap_or_default());
@@ -240,3 +243,34 @@ const EMPTY_SLOT: wgsl::TextureSlot = wgsl::TextureSlot {
     origin: UVec2::ZERO,
     size: UVec2::ZERO,
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, Material, Mesh};
+    use glam::Affine3A;
+
+    #[test]
+    fn a_transform_of_rank_2_makes_a_sheet() {
+        // Faces +Z; the normals lean so far that the sheet's other side is nearer to them.
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
+            normals: vec![Vec3::new(0.8, 0.0, -0.6); 4],
+            triangles: vec![[0, 1, 2], [0, 1, 3]],
+            ..Mesh::default()
+        };
+        let world_from_object = Affine3A::from_scale(Vec3::new(1.0, 2.0, 0.0));
+        let scene = Scene {
+            meshes: vec![mesh],
+            instances: vec![Instance { mesh: 0, world_from_object }],
+            materials: vec![Material::default()],
+            ..Scene::default()
+        };
+        scene.validate().unwrap();
+        let world = WorldTriangles::of(&scene);
+        // The second triangle is seen edge-on.
+        assert_eq!((world.positions.len(), world.skipped), (1, 1));
+        let shading = shading_triangle(&scene, &world.positions[0], world.origins[0]);
+        assert_eq!(shading.normals, UVec3::splat(pack_direction(Vec3::Z)));
+    }
+}

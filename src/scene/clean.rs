@@ -67,7 +67,7 @@ fn judge(positions: &[Vec3], triangle: &[u32; 3]) -> Option<DropReason> {
 }
 
 /// Keeps only the vertices that triangles use.
-fn compact(mesh: &mut Mesh) {
+pub(super) fn compact(mesh: &mut Mesh) {
     const UNUSED: u32 = u32::MAX;
     let mut new_ix = vec![UNUSED; mesh.positions.len()];
     let mut kept = Vec::new();
@@ -179,6 +179,19 @@ fn repair_colors(mesh: &mut Mesh, warnings: &mut Warnings) {
         }
     }
     replaced(mesh, n, Attribute::Colors, warnings);
+}
+
+/// For a material whose emissive texture cannot be read: white in its stead would make the whole
+/// surface glow.
+pub(super) fn dark(material: &mut Material, at: &str, texture: &str, warnings: &mut Warnings) {
+    material.emission_texture = None;
+    if material.emission != Vec3::ZERO {
+        material.emission = Vec3::ZERO;
+        warnings.push(Warning::Value {
+            at: at.to_owned(),
+            problem: format!("{texture} cannot be read, so that it emits nothing"),
+        });
+    }
 }
 
 /// What a material reads, its mesh has: a set that is missing becomes (0, 0).

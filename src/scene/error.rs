@@ -77,11 +77,21 @@ pub enum ErrorKind {
         message: String,
     },
     /// Not glTF 2.
-    #[error("glTF version {version:?} is not supported; export as glTF 2.0")]
+    #[error(
+        "glTF {version} is not supported, only glTF 2.0 is; export the scene as glTF 2.0, or convert it"
+    )]
     Version {
-        /// `asset.version` or `asset.minVersion`.
+        /// `asset.version` or `asset.minVersion`, or what the binary container says.
         version: String,
     },
+    /// The file does not say which glTF it is.
+    #[error(
+        "asset.version is missing (glTF 1.0 may lack it); export the scene as glTF 2.0, which says \"asset\": {{\"version\": \"2.0\"}}"
+    )]
+    NoVersion,
+    /// A text in 16-bit units.
+    #[error("the text is UTF-16; save it as UTF-8")]
+    Utf16,
     /// `extensionsRequired` names what this loader does not know.
     #[error("the file requires the extension {name}, which is not supported; export without it")]
     Extension {
@@ -115,6 +125,14 @@ pub enum ErrorKind {
         at: String,
         /// What is wrong.
         problem: DataProblem,
+    },
+    /// A skin, or what binds a primitive to it, is not as glTF says.
+    #[error("{at}: {problem}")]
+    Skin {
+        /// The skin or the primitive.
+        at: String,
+        /// What is wrong.
+        problem: String,
     },
     /// A node is its own ancestor.
     #[error("nodes[{node}] is its own ancestor; the nodes must form a tree")]
@@ -200,9 +218,6 @@ pub enum DataProblem {
         /// The accessor's count.
         count: u64,
     },
-    /// There are no bytes at all.
-    #[error("has neither bufferView nor sparse values")]
-    Missing,
 }
 
 /// Why a file beside the scene, or data within it, cannot be read.
@@ -386,7 +401,7 @@ pub enum Warning {
         /// The accessor and its user.
         at: String,
     },
-    /// An image was replaced by white (or a normal map left out).
+    /// An image was replaced by white (a normal map: left out; an emissive texture: no emission).
     Image {
         /// The image.
         image: String,
@@ -462,6 +477,8 @@ pub enum Attribute {
 pub enum LineProblem {
     /// `v`, `vt` or `vn` with too few numbers or no numbers; read as NaN or 0.
     Numbers,
+    /// A number such as `0,5`; read as 0.5.
+    Comma,
     /// A face with fewer than 3 corners.
     FewCorners,
     /// A face whose vertex index is out of range.
@@ -480,7 +497,7 @@ pub enum LineProblem {
     NotAFace,
     /// `usemtl` names no material; glTF's rough white stands in.
     NoMaterial,
-    /// Not UTF-8; unknown characters were replaced.
+    /// Not UTF-8; read as Latin-1.
     NotUtf8,
 }
 
@@ -512,6 +529,7 @@ impl fmt::Display for LineProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Numbers => "too few or unreadable numbers, read as NaN",
+            Self::Comma => "decimal comma, read as a point",
             Self::FewCorners => "face with fewer than 3 corners, skipped",
             Self::Index => "face with a vertex index out of range, skipped",
             Self::AttributeIndex => {
@@ -525,7 +543,7 @@ impl fmt::Display for LineProblem {
             Self::FlatPolygon => "polygon without area, skipped",
             Self::NotAFace => "points, lines, curves or surfaces, skipped",
             Self::NoMaterial => "usemtl of an unknown material, white instead",
-            Self::NotUtf8 => "not UTF-8, unknown characters replaced",
+            Self::NotUtf8 => "not UTF-8, read as Latin-1",
         })
     }
 }
@@ -543,7 +561,11 @@ impl fmt::Display for Warning {
             Self::Transform { node, problem } => write!(f, "{node}: {problem}"),
             Self::Misaligned { at } => write!(f, "{at}: data is misaligned, read all the same"),
             Self::Image { image, source } => {
-                write!(f, "{image}: {source}; read as white, or as no normal map")
+                write!(
+                    f,
+                    "{image}: {source}; read as white (as a normal map: left out; as an emissive \
+                     texture: no emission)"
+                )
             }
             Self::Blend { material } => write!(
                 f,

@@ -6,29 +6,32 @@
 
 mod accessor;
 mod container;
+mod flat;
 mod light;
 mod material;
 mod mesh;
 mod nodes;
+mod skin;
 
 use std::borrow::Cow;
 use std::path::Path;
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DAffine3, Vec3};
 use gltf::json::Root;
 
 use self::accessor::Data;
 use self::material::ImageSlot;
-use self::nodes::Placed;
+use self::nodes::{Placed, Worlds};
+use self::skin::Pose;
 use super::error::{ErrorKind, ResourceError, Warning, Warnings, short};
 use super::limits::{Budget, LoadLimits};
-use super::resource::read_uri;
+use super::resource::Files;
 use super::{Instance, Loaded, MAX_COORDINATE, Scene};
 
 /// What is known while a file is read.
 struct Loader<'a> {
     data: Data<'a>,
-    folder: Option<&'a Path>,
+    files: Files<'a>,
     limits: &'a LoadLimits,
     budget: Budget,
     /// Instanced triangles so far.
@@ -37,12 +40,15 @@ struct Loader<'a> {
     n_placed: u64,
     warnings: Warnings,
     scene: Scene,
+    worlds: Worlds,
     /// Least and greatest corner of each of the scene's meshes.
     boxes: Vec<[Vec3; 2]>,
     // What each of the file's things has become; `None` until something uses it.
     meshes: Vec<Option<Vec<usize>>>,
     materials: Vec<Option<usize>>,
     default_material: Option<usize>,
+    /// The problem's text where a skin cannot be used.
+    poses: Vec<Option<Result<Pose, String>>>,
     textures: Vec<Option<(usize, ImageSlot)>>,
     images: Vec<Option<ImageSlot>>,
 }
@@ -55,7 +61,11 @@ pub(super) fn load(
     mut budget: Budget,
 ) -> Result<Loaded, ErrorKind> {
     let (root, bin) = container::parse(bytes, &mut budget)?;
-    let buffers = read_buffers(&root, bin, folder, &mut budget)?;
+    let mut files = Files::new(folder);
+    let mut warnings = Warnings::default();
+    let buffers = read_buffers(&root, bin, &mut files, &mut budget, &mut warnings)?;
+    warn_ignored(&root, &mut warnings);
+    let (placed, worlds) = nodes::place(&root, limits, &mut warnings)?;
     let mut loader = Loader {
         meshes: vec![None; root.meshes.len()],
         materials: vec![None; root.materials.len()],
@@ -63,18 +73,19 @@ pub(super) fn load(
         textures: vec![None; root.textures.len()],
         images: vec![None; root.images.len()],
         data: Data { root: &root, buffers },
-        folder,
+        files,
         limits,
         budget,
         n_triangles: 0,
         n_placed: 0,
+        worlds,
         boxes: Vec::new(),
-        warnings: Warnings::default(),
+        poses: vec![None; root.skins.len()],
+        warnings,
         scene: Scene::default(),
     };
-    loader.warn_ignored();
-    for placed in nodes::place(&root, limits, &mut loader.warnings)? {
-        loader.node(&placed)?;
+    for placed in &placed {
+        loader.node(placed)?;
     }
     if loader.scene.instances.is_empty() {
         loader.warnings.push(Warning::NoTriangles);
@@ -85,14 +96,18 @@ pub(super) fn load(
 fn read_buffers<'a>(
     root: &Root,
     bin: Option<&'a [u8]>,
-    folder: Option<&Path>,
+    files: &mut Files,
     budget: &mut Budget,
+    warnings: &mut Warnings,
 ) -> Result<Vec<Cow<'a, [u8]>>, ErrorKind> {
     let mut buffers = Vec::with_capacity(root.buffers.len());
     for (ix, buffer) in root.buffers.iter().enumerate() {
         let failed = |source| ErrorKind::Buffer { buffer: ix, source };
         let mut bytes = match (&buffer.uri, bin) {
-            (Some(uri), _) => Cow::Owned(read_uri(uri, folder, budget).map_err(failed)?),
+            (Some(uri), _) => {
+                let at = format!("buffers[{ix}]");
+                Cow::Owned(files.read_uri(uri, &at, budget, warnings).map_err(failed)?)
+            }
             (None, Some(bin)) if ix == 0 => Cow::Borrowed(bin),
             (None, _) => return Err(failed(ResourceError::Missing)),
         };
@@ -110,22 +125,20 @@ fn read_buffers<'a>(
     Ok(buffers)
 }
 
-impl Loader<'_> {
-    fn warn_ignored(&mut self) {
-        let root = self.data.root;
-        let known = |name: &&String| !container::EXTENSIONS.contains(&name.as_str());
-        for name in root.extensions_used.iter().filter(known) {
-            self.warnings
-                .push(Warning::Ignored { at: "extensionsUsed".to_owned(), what: short(name) });
-        }
-        if !root.animations.is_empty() {
-            self.warnings.push(Warning::Ignored {
-                at: "animations".to_owned(),
-                what: format!("{} animation(s)", root.animations.len()),
-            });
-        }
+fn warn_ignored(root: &Root, warnings: &mut Warnings) {
+    let unknown = |name: &&String| !container::EXTENSIONS.contains(&name.as_str());
+    for name in root.extensions_used.iter().filter(unknown) {
+        warnings.push(Warning::Ignored { at: "extensionsUsed".to_owned(), what: short(name) });
     }
+    if !root.animations.is_empty() {
+        warnings.push(Warning::Ignored {
+            at: "animations".to_owned(),
+            what: format!("{} animation(s) (all stands as at rest)", root.animations.len()),
+        });
+    }
+}
 
+impl Loader<'_> {
     fn node(&mut self, placed: &Placed) -> Result<(), ErrorKind> {
         let node = &self.data.root.nodes[placed.node];
         let at = named("nodes", placed.node, node.name.as_deref());
@@ -136,18 +149,23 @@ impl Loader<'_> {
         if let Some(light) = light {
             self.light(light.light.value(), placed, &at)?;
         }
-        if node.skin.is_some() {
-            self.warnings.push(Warning::Ignored {
-                at: at.clone(),
-                what: "a skin (the mesh stands as at rest) is".to_owned(),
-            });
-        }
         let Some(mesh) = node.mesh else {
             return Ok(());
         };
-        let meshes = self.mesh(mesh.value(), &at)?;
-        // Counted before any is left out: each costs time.
-        self.n_placed += meshes.len() as u64;
+        let Some(skin) = &node.skin else {
+            let meshes = self.mesh(mesh.value(), &at)?;
+            return self.instances(&meshes, &placed.world_from_object, placed.mirrored, &at);
+        };
+        // The node's own transform does not count.
+        let meshes = match self.pose(skin.value(), &at)? {
+            Some(pose) => self.skinned_mesh(mesh.value(), &pose, &at)?,
+            None => self.mesh(mesh.value(), &at)?,
+        };
+        self.instances(&meshes, &DAffine3::IDENTITY, false, &at)
+    }
+
+    fn count_placed(&mut self, n: usize, at: &str) -> Result<(), ErrorKind> {
+        self.n_placed += n as u64;
         if self.n_placed > self.limits.max_instances as u64 {
             return Err(ErrorKind::TooMuch {
                 what: format!("{at}: instances"),
@@ -156,25 +174,40 @@ impl Loader<'_> {
                 setting: "max_instances",
             });
         }
-        self.instances(&meshes, placed, &at)
+        Ok(())
     }
 
-    fn instances(&mut self, meshes: &[usize], placed: &Placed, at: &str) -> Result<(), ErrorKind> {
-        let world_from_object = placed.world_from_object.as_affine3a();
-        let determinant = world_from_object.matrix3.determinant();
-        let invertible = determinant.is_normal() && world_from_object.inverse().is_finite();
+    fn instances(
+        &mut self,
+        meshes: &[usize],
+        world: &DAffine3,
+        mirrored: bool,
+        at: &str,
+    ) -> Result<(), ErrorKind> {
+        // Counted before any is left out: each costs time.
+        self.count_placed(meshes.len(), at)?;
+        let is_flat = flat::is_flat(world);
         for &mesh in meshes {
-            let problem = if !invertible {
-                Some("its transform flattens the mesh (singular matrix); mesh left out")
-            } else if !stays_in_reach(&self.boxes[mesh], &world_from_object) {
-                Some("its mesh reaches beyond 1e9 m; mesh left out")
-            } else {
-                None
+            let mut placed = Some((mesh, world.as_affine3a()));
+            if is_flat {
+                let translation = Affine3A::from_translation(world.translation.as_vec3());
+                placed = self
+                    .flattened(mesh, &world.matrix3, mirrored, at)?
+                    .map(|mesh| (mesh, translation));
+            }
+            let problem = match &placed {
+                None => Some("its transform flattens the mesh (singular matrix); mesh left out"),
+                Some((mesh, world)) if !stays_in_reach(&self.boxes[*mesh], world) => {
+                    Some("its mesh reaches beyond 1e9 m; mesh left out")
+                }
+                Some(_) => None,
             };
             if let Some(problem) = problem {
                 self.warnings.push(Warning::Transform { node: at.to_owned(), problem });
-                continue;
             }
+            let Some((mesh, world_from_object)) = placed.filter(|_| problem.is_none()) else {
+                continue;
+            };
             let n = self.scene.meshes[mesh].triangles.len() as u64;
             self.n_triangles = self.n_triangles.saturating_add(n);
             self.check_triangles(self.n_triangles, at)?;

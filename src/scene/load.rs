@@ -38,24 +38,36 @@ impl Scene {
     ///
     /// Triangles with NaN, infinite, huge or out-of-range corners, or without area, are dropped;
     /// normals, tangents, texture coordinates and colours that are not finite are replaced; images
-    /// that cannot be read become white (a normal map: none). Each gives a [`Warning`]. Of a glTF
-    /// file only what its default scene uses is read (its whole node forest where it names no
-    /// default).
+    /// that cannot be read become white (a normal map: none; an emissive texture: no emission). Each
+    /// gives a [`Warning`]. Of a glTF file only what its default scene uses is read (the first
+    /// scene's where it names no default, with a warning if there are more; all nodes where it has
+    /// no scenes).
+    ///
+    /// A file is found by its name in another case, or with its accents encoded in another way, too,
+    /// with a warning. A name in a URI that is not percent-encoded is read as it stands.
     ///
     /// **glTF 2.0**: `KHR_lights_punctual`, `KHR_materials_emissive_strength` and
     /// `KHR_texture_transform` are read; a file that requires another extension is refused. Candela
     /// and lux count as W·sr⁻¹ and W·m⁻². Lights and cameras ignore their node's scale. A camera is
     /// named after its node, else by its own name. A spot without room between inner and outer
     /// angle gets a falloff over 1/1000 of the outer angle. `alphaMode` BLEND is read as MASK with
-    /// cutoff 0.5. Skins, morph targets, animations, points and lines are ignored, with a warning.
+    /// cutoff 0.5. An accessor without a buffer view holds zeros. A mesh with a skin stands in its
+    /// rest pose, computed here: it is a mesh of its own in world space, and its node's transform does
+    /// not count. A mesh whose node flattens it (a scale of 0 along one axis) becomes a flat-shaded
+    /// mesh of its own, without the triangles that lose their area. Morph targets, animations, points
+    /// and lines are ignored, with a warning.
     ///
     /// **OBJ**: one mesh per object (or group) and material, in the file's own unit. Polygons of
     /// more than 4 corners are triangulated by constrained Delaunay on their Newell plane, quads along
     /// the diagonal that lies inside; a polygon that meets itself becomes a fan, with a warning.
     /// From MTL: base colour `Kd`, `map_Kd`; alpha `d` (or 1 − `Tr`) and `map_d`, as masks with
-    /// cutoff 0.5; emitted radiance `Ke`, `map_Ke`; roughness `Pr`, else `(2 / (Ns + 2))^¼` (1
-    /// without `Ns`, or where `Ks` is black); metallic `Pm`; normals `norm`. Without a material:
-    /// [`Material::default`](super::Material::default).
+    /// cutoff 0.5; emitted radiance `Ke` (1 where only `map_Ke` is given), `map_Ke`; roughness `Pr`,
+    /// else `(2 / (Ns + 2))^¼` (1 without `Ns`, or where `Ks` is black); metallic `Pm`; normals
+    /// `norm`. Without a material: [`Material::default`](super::Material::default). A `mtllib` may name several libraries; names
+    /// may be quoted. Textures lie beside their library, or else beside the OBJ file. Lines end in
+    /// LF, CR LF or CR; UTF-16, Latin-1 and decimal commas are read, with a warning. A keyword that is
+    /// unknown, or that has an effect which is not supported, gives one warning a file; `s`, `illum`,
+    /// `Ka`, `Ni` and others without effect here give none.
     ///
     /// # Errors
     ///

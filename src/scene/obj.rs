@@ -6,10 +6,11 @@
 
 mod front;
 mod mtl;
+mod names;
 mod polygon;
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 use std::io::Read;
 use std::path::Path;
 
@@ -19,6 +20,7 @@ use self::front::Problems;
 use super::clean::{clean, fill_texcoords};
 use super::error::{ErrorKind, Warning, Warnings};
 use super::limits::{Budget, LoadLimits};
+use super::resource::Files;
 use super::{Instance, Loaded, Material, Mesh, Scene};
 
 /// The name that tobj gives to what stands before the first `o` or `g`.
@@ -32,12 +34,20 @@ pub(super) fn load(
     mut budget: Budget,
 ) -> Result<Loaded, ErrorKind> {
     let mut warnings = Warnings::default();
+    let bytes = &*front::as_utf8(bytes, "OBJ", &mut budget, &mut warnings)?;
     let declared = front::declared(bytes, limits)?;
+    let mut files = Files::new(folder);
     let mut library = mtl::Library::default();
-    for name in &declared.libraries {
-        mtl::read(&mut library, name, folder, limits, &mut budget, &mut warnings);
+    let mut known = HashSet::new();
+    for line in &declared.libraries {
+        let exists = &mut |name: &str| files.find(name, Path::new("")).is_ok();
+        for name in names::libraries(line, exists) {
+            if known.insert(name) {
+                mtl::read(&mut library, name, &mut files, limits, &mut budget, &mut warnings);
+            }
+        }
     }
-    let checked = front::check(bytes, &declared, &library.by_name, limits, &mut budget)?;
+    let checked = front::check(bytes, &declared, |name| library.find(name), limits, &mut budget)?;
     let mut problems = checked.problems;
     let mut lines = checked.face_lines.into_iter();
 
@@ -54,7 +64,7 @@ pub(super) fn load(
     drop((checked.vertices, checked.faces));
 
     let mut scene = Scene::default();
-    let mut maker = mtl::Maker::new(folder, limits);
+    let mut maker = mtl::Maker::new(files, limits);
     let mut materials = vec![None; n_materials + 1];
     for (mesh, material) in merged(models, &mut lines, limits, &mut problems) {
         let Some(mut mesh) = clean(mesh, &mut warnings) else {
@@ -89,6 +99,7 @@ pub(super) fn load(
         scene.meshes.push(mesh);
     }
     problems.report(&mut warnings);
+    checked.passed.report("", &mut warnings);
     if scene.instances.is_empty() {
         warnings.push(Warning::NoTriangles);
     }

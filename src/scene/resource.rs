@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bytes that a scene names: files in its folder, and data URIs.
 
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
-use super::error::{ResourceError, short};
+use super::error::{ResourceError, Warning, Warnings, short};
 use super::limits::Budget;
 
 /// Reads a file whole, if it is a regular one and fits the budget.
@@ -31,65 +34,215 @@ pub(super) fn read_file(path: &Path, budget: &mut Budget) -> Result<Vec<u8>, Res
     Ok(bytes)
 }
 
-/// Reads what a glTF URI names: a data URI, or a file in the scene's folder.
-pub(super) fn read_uri(
-    uri: &str,
-    folder: Option<&Path>,
-    budget: &mut Budget,
-) -> Result<Vec<u8>, ResourceError> {
-    if let Some(data) = strip_prefix_ignore_case(uri, "data:") {
-        let (head, base64) = data.split_once(',').ok_or(ResourceError::DataUri)?;
-        if !head.to_ascii_lowercase().ends_with(";base64") {
-            return Err(ResourceError::DataUri);
-        }
-        let len = base64.len() as u64 / 4 * 3 + 3;
-        let left = budget.left();
-        budget.take(len, 1, "data URI").map_err(|_| ResourceError::TooLong {
-            path: "data URI".to_owned(),
-            len,
-            left,
-        })?;
-        return decode_base64(base64.as_bytes());
-    }
-    if let Some(scheme) = scheme(uri) {
-        return Err(ResourceError::Scheme { uri: short(uri), scheme: short(scheme) });
-    }
-    read_beside(&decode_percent(uri)?, folder, budget)
+/// A file that a scene names.
+pub(super) struct Found {
+    path: PathBuf,
+    /// The folder that it lies in, relative to the scene's.
+    pub folder: PathBuf,
+    /// Its name in the folder, where the scene spells it in another way.
+    called: Option<String>,
 }
 
-/// Reads a file named relative to the scene's folder. Paths that leave the folder are refused,
-/// by their text and, for symbolic links, by where they lead.
-pub(super) fn read_beside(
+/// Finds and reads the files that a scene names.
+pub(super) struct Files<'a> {
+    /// The scene's folder; without one, no file is found.
+    folder: Option<&'a Path>,
+    /// Names in a folder, each with its [`folded`] form. Read once: a scene may name many files.
+    listings: HashMap<PathBuf, Vec<(String, OsString)>>,
+}
+
+impl<'a> Files<'a> {
+    pub fn new(folder: Option<&'a Path>) -> Self {
+        Self { folder, listings: HashMap::new() }
+    }
+
+    /// Reads what a glTF URI names: a data URI, or a file in the scene's folder. `at` is the place
+    /// that names it.
+    pub fn read_uri(
+        &mut self,
+        uri: &str,
+        at: &str,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<Vec<u8>, ResourceError> {
+        if let Some(data) = strip_prefix_ignore_case(uri, "data:") {
+            return read_data(data, budget);
+        }
+        if let Some(scheme) = scheme(uri) {
+            return Err(ResourceError::Scheme { uri: short(uri), scheme: short(scheme) });
+        }
+        let found = self.find_uri(uri)?;
+        read(&found, uri, at, budget, warnings)
+    }
+
+    /// A URI is to be percent-encoded. Some exporters write the plain name: where the decoded name
+    /// is none or not there, the text as it stands is tried, and the text before a query or
+    /// fragment.
+    fn find_uri(&mut self, uri: &str) -> Result<Found, ResourceError> {
+        let here = Path::new("");
+        let decoded = decode_percent(uri).and_then(|name| self.find(&name, here));
+        let first = match decoded {
+            Err(e @ (ResourceError::Io { .. } | ResourceError::Percent { .. })) => e,
+            other => return other,
+        };
+        if let Ok(found) = self.find(uri, here) {
+            return Ok(found);
+        }
+        let plain = uri.split(['?', '#']).next();
+        plain
+            .filter(|plain| !plain.is_empty() && plain.len() < uri.len())
+            .and_then(|plain| decode_percent(plain).ok())
+            .and_then(|plain| self.find(&plain, here).ok())
+            .ok_or(first)
+    }
+
+    /// Finds a file named relative to `base`, which is relative to the scene's folder. Paths that
+    /// leave the scene's folder are refused, by their text and, for symbolic links, by where they
+    /// lead. A name that differs from the file's only in case, or in how its accents are encoded,
+    /// finds it.
+    pub fn find(&mut self, name: &str, base: &Path) -> Result<Found, ResourceError> {
+        // Exporters on Windows write `\`.
+        let name = name.replace('\\', "/");
+        let outside = || ResourceError::Outside { path: short(&name) };
+        let io = |source| ResourceError::Io { path: short(&name), source };
+        let folder = self.folder.ok_or_else(|| ResourceError::NoFolder { path: short(&name) })?;
+        if name.contains('\0') || scheme(&name).is_some() {
+            return Err(outside());
+        }
+        let folder = folder.canonicalize().map_err(io)?;
+        // Put together by components: Windows' canonical paths take no `/` and no `..`.
+        let mut path = folder.join(base);
+        for component in Path::new(&name).components() {
+            match component {
+                Component::Normal(part) => path.push(part),
+                Component::CurDir => {}
+                // It may leave the folder and come back: only where it ends counts.
+                Component::ParentDir if path.pop() => {}
+                _ => return Err(outside()),
+            }
+        }
+        let relative = path.strip_prefix(&folder).map_err(|_| outside())?.to_owned();
+        let (path, relative, called) = match path.canonicalize() {
+            Ok(path) => (path, relative, None),
+            Err(e) => {
+                let spelled = self.spelled(&folder, &relative).ok_or_else(|| io(e))?;
+                let called = spelled.display().to_string();
+                (folder.join(&spelled).canonicalize().map_err(io)?, spelled, Some(called))
+            }
+        };
+        if !path.starts_with(&folder) {
+            return Err(outside());
+        }
+        let folder = relative.parent().map(Path::to_owned).unwrap_or_default();
+        Ok(Found { path, folder, called })
+    }
+
+    /// The path with each part as the file system spells it.
+    fn spelled(&mut self, folder: &Path, relative: &Path) -> Option<PathBuf> {
+        let mut spelled = PathBuf::new();
+        for part in relative.components() {
+            let parent = folder.join(&spelled);
+            if parent.join(part).exists() {
+                spelled.push(part);
+                continue;
+            }
+            let wanted = folded(part.as_os_str().to_str()?);
+            let names = self.listings.entry(parent).or_insert_with_key(|parent| list(parent));
+            let first = names.partition_point(|(folded, _)| *folded < wanted);
+            let (_, name) = names.get(first).filter(|(folded, _)| *folded == wanted)?;
+            spelled.push(name);
+        }
+        Some(spelled)
+    }
+}
+
+/// Reads a file that was found; `name` is how the scene spells it, `at` the place that names it.
+pub(super) fn read(
+    found: &Found,
     name: &str,
-    folder: Option<&Path>,
+    at: &str,
     budget: &mut Budget,
+    warnings: &mut Warnings,
 ) -> Result<Vec<u8>, ResourceError> {
-    let path = resolve(name, folder)?;
-    read_file(&path, budget)
+    if let Some(called) = &found.called {
+        warnings.push(Warning::Value {
+            at: at.to_owned(),
+            problem: format!(
+                "named `{}`, but the file is called `{}`, which is read",
+                short(name),
+                short(called)
+            ),
+        });
+    }
+    read_file(&found.path, budget)
 }
 
-fn resolve(name: &str, folder: Option<&Path>) -> Result<PathBuf, ResourceError> {
-    // Exporters on Windows write `\`.
-    let name = name.replace('\\', "/");
-    let outside = || ResourceError::Outside { path: short(&name) };
-    let folder = folder.ok_or_else(|| ResourceError::NoFolder { path: short(&name) })?;
-    if name.contains('\0') || scheme(&name).is_some() {
-        return Err(outside());
-    }
-    // Put together by components: Windows' canonical paths take no `/` and no `..`.
-    let mut relative = PathBuf::new();
-    for component in Path::new(&name).components() {
-        match component {
-            Component::Normal(part) => relative.push(part),
-            Component::CurDir => {}
-            Component::ParentDir if relative.pop() => {}
-            _ => return Err(outside()),
+/// The names in a folder, sorted. None where it cannot be read.
+fn list(folder: &Path) -> Vec<(String, OsString)> {
+    const MAX_NAMES: usize = 100_000;
+    let mut names: Vec<_> = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .take(MAX_NAMES)
+        .filter_map(|entry| {
+            let name = entry.ok()?.file_name();
+            Some((folded(name.to_str()?), name))
+        })
+        .collect();
+    names.sort();
+    names
+}
+
+/// Lower case, accents apart from their letters: names with the same form may be meant alike. macOS
+/// takes accents apart (NFD), other systems store names as given. Latin letters with one accent are
+/// known.
+fn folded(name: &str) -> String {
+    const ACCENTS: [(char, &str, &str); 12] = [
+        ('\u{300}', "àèìòùǹ", "aeioun"),
+        ('\u{301}', "áéíóúýćńśźĺŕ", "aeiouycnszlr"),
+        ('\u{302}', "âêîôûŵŷĉĝĥĵŝ", "aeiouwycghjs"),
+        ('\u{303}', "ãñõĩũ", "anoiu"),
+        ('\u{304}', "āēīōū", "aeiou"),
+        ('\u{306}', "ăĕğĭŏŭ", "aegiou"),
+        ('\u{307}', "ċėġż", "cegz"),
+        ('\u{308}', "äëïöüÿ", "aeiouy"),
+        ('\u{30a}', "åů", "au"),
+        ('\u{30b}', "őű", "ou"),
+        ('\u{30c}', "čďěňřšťžǎǔ", "cdenrstzau"),
+        ('\u{327}', "çşţģķļņ", "cstgkln"),
+    ];
+    let mut out = String::with_capacity(name.len());
+    for c in name.chars().flat_map(char::to_lowercase) {
+        let apart = ACCENTS.iter().find_map(|(accent, whole, letters)| {
+            let ix = whole.chars().position(|w| w == c)?;
+            Some((letters.chars().nth(ix)?, *accent))
+        });
+        match apart {
+            Some((letter, accent)) => out.extend([letter, accent]),
+            None => out.push(c),
         }
     }
-    let io = |source| ResourceError::Io { path: short(&name), source };
-    let folder = folder.canonicalize().map_err(io)?;
-    let path = folder.join(relative).canonicalize().map_err(io)?;
-    if path.starts_with(&folder) { Ok(path) } else { Err(outside()) }
+    out
+}
+
+fn read_data(data: &str, budget: &mut Budget) -> Result<Vec<u8>, ResourceError> {
+    let (head, base64) = data.split_once(',').ok_or(ResourceError::DataUri)?;
+    if !head.to_ascii_lowercase().ends_with(";base64") {
+        return Err(ResourceError::DataUri);
+    }
+    let len = base64.len() as u64 / 4 * 3 + 3;
+    let left = budget.left();
+    budget.take(len, 1, "data URI").map_err(|_| ResourceError::TooLong {
+        path: "data URI".to_owned(),
+        len,
+        left,
+    })?;
+    // A URI may encode any of its characters: `%3D` for `=`.
+    let base64 = match base64.contains('%') {
+        true => Cow::Owned(decode_percent(base64)?),
+        false => Cow::Borrowed(base64),
+    };
+    decode_base64(base64.as_bytes())
 }
 
 /// What stands before a URI's first colon, if that can be a scheme (or a drive letter).
@@ -126,13 +279,14 @@ fn decode_percent(uri: &str) -> Result<String, ResourceError> {
     String::from_utf8(bytes).map_err(|e| broken(e.utf8_error().valid_up_to()))
 }
 
+/// RFC 4648, the digits of its URL-safe alphabet (`-` and `_`) too.
 fn decode_base64(text: &[u8]) -> Result<Vec<u8>, ResourceError> {
     let value = |c: u8| match c {
         b'A'..=b'Z' => Some(c - b'A'),
         b'a'..=b'z' => Some(c - b'a' + 26),
         b'0'..=b'9' => Some(c - b'0' + 52),
-        b'+' => Some(62),
-        b'/' => Some(63),
+        b'+' | b'-' => Some(62),
+        b'/' | b'_' => Some(63),
         _ => None,
     };
     let n_padding = text.iter().rev().take_while(|&&c| c == b'=').count();
@@ -169,6 +323,11 @@ mod tests {
             ("Zm9vYmE=", "fooba"),
             ("Zm9vYmFy", "foobar"),
             ("Zg", "f"),
+            // Section 5: the URL-safe alphabet.
+            ("Pz8/", "???"),
+            ("Pz8_", "???"),
+            ("Pj4+", ">>>"),
+            ("Pj4-", ">>>"),
         ];
         for (text, expected) in cases {
             assert_eq!(
@@ -193,6 +352,23 @@ mod tests {
         ] {
             assert_eq!(scheme(uri), expected, "{uri}");
         }
+    }
+
+    #[test]
+    fn data_uris() {
+        let mut budget = Budget::new(&crate::scene::LoadLimits::default());
+        let mut warnings = Warnings::default();
+        for uri in ["data:;base64,Pz8+", "DATA:a/b;c=d;BASE64,Pz8-", "data:;base64,Pz8%2B"] {
+            let read = Files::new(None).read_uri(uri, "", &mut budget, &mut warnings);
+            assert_eq!(read.ok().as_deref(), Some(&b"??>"[..]), "{uri}");
+        }
+    }
+
+    #[test]
+    fn names_fold() {
+        assert_eq!(folded("GRÜN.PNG"), folded("gru\u{308}n.png"));
+        assert_eq!(folded("Čaj"), folded("c\u{30c}aj"));
+        assert_ne!(folded("grün"), folded("grun"));
     }
 
     #[test]

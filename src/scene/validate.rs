@@ -13,6 +13,10 @@ use super::{
 /// How far a unit vector's squared length may be from 1.
 const UNIT_TOLERANCE: f32 = 1e-4;
 
+/// What a transform must leave of a unit square's area, relative to the square of its largest
+/// element: less is a rounding error.
+const LEAST_AREA: f64 = 1e-14;
+
 /// A part of a scene that does not hold to [`Scene::validate`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{at}: {problem}")]
@@ -145,12 +149,20 @@ fn triangle_problem(mesh: &Mesh, triangle: &[u32; 3]) -> Option<&'static str> {
 }
 
 fn instance_problem(mesh: &Mesh, world_from_object: &glam::Affine3A) -> Option<&'static str> {
-    let invertible = world_from_object.matrix3.determinant().is_normal()
-        && world_from_object.inverse().is_finite();
+    let linear = glam::Mat3::from(world_from_object.matrix3).as_dmat3();
+    let areas = [
+        linear.y_axis.cross(linear.z_axis),
+        linear.z_axis.cross(linear.x_axis),
+        linear.x_axis.cross(linear.y_axis),
+    ];
+    let largest =
+        |v: [glam::DVec3; 3]| v.map(|v| v.abs().max_element()).into_iter().fold(0.0, f64::max);
+    let side = largest([linear.x_axis, linear.y_axis, linear.z_axis]);
+    let keeps_areas = largest(areas) > LEAST_AREA * side * side;
     let reaches = |&p: &Vec3| in_reach(world_from_object.transform_point3(p));
     first([
         (!world_from_object.is_finite(), "transform not finite"),
-        (!invertible, "transform cannot be inverted"),
+        (!keeps_areas, "transform leaves no areas (rank below 2)"),
         (!mesh.positions.iter().all(reaches), "reaches beyond 1e9 m"),
     ])
 }

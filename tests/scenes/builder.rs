@@ -35,7 +35,10 @@ impl Builder {
 
     pub fn floats<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
         let view = self.view(&le_bytes(values), "");
-        let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
+        let kind = match N {
+            16 => "MAT4",
+            n => ["SCALAR", "VEC2", "VEC3", "VEC4"][n - 1],
+        };
         self.accessor(5126, kind, values.len(), &format!(r#","bufferView":{view}"#))
     }
 

@@ -94,6 +94,10 @@ fn without_a_default_scene_all_roots_are_read() {
     let nodes = r#""nodes":[{"mesh":0},{"children":[2]},{"mesh":0}]"#;
     let scene = load_clean(&b.gltf(&format!("{nodes},{MESH}")));
     assert_eq!(scene.instances.len(), 2);
+    // Nor does the only scene need to be named.
+    let scenes = r#""scenes":[{"nodes":[1]}]"#;
+    let scene = load_clean(&b.gltf(&format!("{scenes},{nodes},{MESH}")));
+    assert_eq!(scene.instances.len(), 1);
     let scenes = r#""scene":1,"scenes":[{"nodes":[0]},{"nodes":[1]}]"#;
     let scene = load_clean(&b.gltf(&format!("{scenes},{nodes},{MESH}")));
     assert_eq!(scene.instances.len(), 1);
@@ -210,7 +214,7 @@ fn a_normal_map_that_cannot_be_read_is_left_out() {
     ));
     let m = &loaded.scene.materials[0];
     assert_eq!(m.normal_texture, None);
-    assert!(m.emission_texture.is_some());
+    assert_eq!(m.emission_texture, None);
     assert_eq!(loaded.scene.images[0].rgba, [[255; 4]]);
     assert!(matches!(loaded.warnings[..], [Warning::Image { .. }]));
 }
@@ -315,6 +319,52 @@ fn sparse_without_a_base_starts_at_zero() {
     );
     let scene = load_clean(&b.gltf(&format!(r#""nodes":[{{"mesh":0}}],{MESH}"#)));
     assert_eq!(corners(&scene), [[Vec3::ZERO, Vec3::new(4., 0., 0.), Vec3::new(0., 5., 0.)]]);
+}
+
+#[test]
+fn every_accessor_without_bytes_is_zeros() {
+    let mut b = Builder::default();
+    b.floats(&TRIANGLE);
+    b.accessor(5126, "VEC3", 3, "");
+    b.accessor(5126, "VEC4", 3, "");
+    b.accessor(5123, "VEC2", 3, r#","normalized":true"#);
+    b.accessor(5125, "SCALAR", 6, "");
+    b.accessor(5126, "VEC3", 4_000_000_000, "");
+    let file = |attributes: &str, more: &str| {
+        b.gltf(&format!(
+            r#""nodes":[{{"mesh":0}},{{"mesh":1}}],"meshes":[
+                {{"primitives":[{{"attributes":{{{attributes}}}{more}}}]}},
+                {{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}]"#
+        ))
+    };
+    let all = r#""POSITION":0,"NORMAL":1,"TANGENT":2,"TEXCOORD_0":3,"COLOR_0":2"#;
+    let loaded = load_gltf(&file(all, ""));
+    let mesh = &loaded.scene.meshes[0];
+    // Normals and tangents of length 0 are mended, with a warning each.
+    assert_eq!(mesh.normals, [Vec3::Z; 3]);
+    assert_eq!((&mesh.uv0[..], &mesh.colors[..]), (&[Vec2::ZERO; 3][..], &[Vec4::ZERO; 3][..]));
+    assert_eq!(loaded.warnings.len(), 2);
+    // Positions and indices of 0 cost their triangles, not the file.
+    for (attributes, more) in [(r#""POSITION":1"#, ""), (r#""POSITION":0"#, r#","indices":4"#)] {
+        let loaded = load_gltf(&file(attributes, more));
+        assert_eq!(loaded.scene.n_triangles(), 1);
+        assert!(matches!(loaded.warnings[..], [Warning::Dropped { .. }]), "{:?}", loaded.warnings);
+    }
+    // A few bytes of JSON may not ask for any memory.
+    let huge = file(r#""POSITION":5"#, "");
+    let error = Scene::from_gltf_slice(&huge, None, &LoadLimits::default()).unwrap_err();
+    assert!(error.to_string().contains("raise LoadLimits::max_bytes"), "{error}");
+}
+
+#[test]
+fn an_emissive_texture_of_an_unknown_set_is_dark() {
+    let loaded = load_gltf(&textured(
+        r#""images":[{"uri":"data:image/png;base64,AAAA"}],"textures":[{"source":0}],
+        "materials":[{"emissiveFactor":[1,1,1],"emissiveTexture":{"index":0,"texCoord":7}}]"#,
+    ));
+    assert_eq!(loaded.scene.materials[0].emission, Vec3::ZERO);
+    let shown: Vec<String> = loaded.warnings.iter().map(|w| w.to_string()).collect();
+    assert!(shown[0].contains("TEXCOORD_7") && shown[1].contains("emits nothing"), "{shown:?}");
 }
 
 #[test]
@@ -445,7 +495,9 @@ fn what_is_not_understood_is_named() {
         shown,
         [
             "extensionsUsed: KHR_materials_clearcoat ignored",
-            "nodes[0]: a skin (the mesh stands as at rest) is ignored"
+            "meshes[0].primitives[0] at nodes[0]: its skin cannot be used \
+             (lacks JOINTS_0 or WEIGHTS_0); the mesh stands without it, and without the node's \
+             transform"
         ]
     );
 }

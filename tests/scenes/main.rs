@@ -2,12 +2,16 @@
 //! Loading of scenes: every feature by numbers, every malformed file by what it gives.
 
 mod builder;
+mod cases;
+mod flat;
 mod gltf;
 mod images;
 mod limits;
 mod malformed;
+mod names;
 mod obj;
 mod shipped;
+mod skins;
 mod validate;
 
 use std::path::PathBuf;

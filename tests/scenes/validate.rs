@@ -80,8 +80,11 @@ const CASES: &[Case] = &[
     ("colour negative or not finite", |s| s.meshes[0].colors[0].x = -0.5),
     ("instances[0]: mesh out of range", |s| s.instances[0].mesh = 1),
     ("transform not finite", |s| s.instances[0].world_from_object.translation.x = f32::NAN),
-    ("transform cannot be inverted", |s| {
-        s.instances[0].world_from_object = Affine3A::from_scale(Vec3::new(1., 0., 1.));
+    ("transform leaves no areas", |s| {
+        s.instances[0].world_from_object = Affine3A::from_scale(Vec3::new(1., 0., 0.));
+    }),
+    ("transform leaves no areas", |s| {
+        s.instances[0].world_from_object = Affine3A::from_scale(Vec3::ZERO);
     }),
     ("instances[0]: reaches beyond 1e9 m", |s| {
         s.instances[0].world_from_object = Affine3A::from_scale(Vec3::splat(2e9));
@@ -137,6 +140,10 @@ const CASES: &[Case] = &[
 #[test]
 fn a_valid_scene_passes() {
     valid().validate().unwrap();
+    // A sheet: the loader makes none, but a host may.
+    let mut flat = valid();
+    flat.instances[0].world_from_object = Affine3A::from_scale(Vec3::new(1., 1., 0.));
+    flat.validate().unwrap();
     Scene::default().validate().unwrap();
 }
 

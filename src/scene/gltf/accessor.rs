@@ -31,7 +31,7 @@ const FLOAT_OR_UNORM: &[ComponentType] =
 const UNSIGNED: &[ComponentType] = &[ComponentType::U8, ComponentType::U16, ComponentType::U32];
 
 impl Data<'_> {
-    /// Vectors of 32-bit floats, as stored: NaN and infinity included.
+    /// Vectors, or 4 × 4 matrices by columns, of 32-bit floats, as stored: NaN and infinity included.
     pub fn floats<const N: usize>(
         &self,
         ix: Index<Accessor>,
@@ -39,7 +39,15 @@ impl Data<'_> {
         budget: &mut Budget,
         warnings: &mut Warnings,
     ) -> Result<Vec<[f32; N]>, ErrorKind> {
-        let packed = self.packed(ix, at, N, FLOAT, "a vector of FLOAT", budget, warnings)?;
+        let packed = self.packed(
+            ix,
+            at,
+            N,
+            FLOAT,
+            if N == 16 { "MAT4 of FLOAT" } else { "a vector of FLOAT" },
+            budget,
+            warnings,
+        )?;
         let floats = to_floats(&packed);
         budget.give_back(packed.bytes.len() as u64);
         Ok(floats)
@@ -86,6 +94,23 @@ impl Data<'_> {
         Ok(indices)
     }
 
+    /// Indices of four joints a vertex.
+    pub fn joints(
+        &self,
+        ix: Index<Accessor>,
+        at: &str,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<Vec<[u32; 4]>, ErrorKind> {
+        const EXPECTED: &str = "a VEC4 of UNSIGNED_BYTE or UNSIGNED_SHORT";
+        const COMPONENTS: &[ComponentType] = &[ComponentType::U8, ComponentType::U16];
+        let packed = self.packed(ix, at, 4, COMPONENTS, EXPECTED, budget, warnings)?;
+        let flat = to_indices(&packed.bytes, packed.component);
+        let joints = flat.chunks_exact(4).map(|j| [j[0], j[1], j[2], j[3]]).collect();
+        budget.give_back(packed.bytes.len() as u64);
+        Ok(joints)
+    }
+
     /// How many components an element has.
     pub fn n_components(&self, ix: Index<Accessor>, at: &str) -> Result<usize, ErrorKind> {
         let accessor = index(&self.root.accessors, ix.value(), "accessors", || at.to_owned())?;
@@ -115,8 +140,13 @@ impl Data<'_> {
         let Checked::Valid(kind) = accessor.type_ else {
             return Err(wrong(DataProblem::Unknown("type")));
         };
-        let is_vector = matches!(kind, Type::Scalar | Type::Vec2 | Type::Vec3 | Type::Vec4);
-        if !is_vector || kind.multiplicity() != n_components || !components.contains(&component) {
+        // Of matrices only those of 4 × 4 floats are read: their columns are never padded.
+        let is_known = match kind {
+            Type::Scalar | Type::Vec2 | Type::Vec3 | Type::Vec4 => true,
+            Type::Mat4 => component == ComponentType::F32,
+            Type::Mat2 | Type::Mat3 => false,
+        };
+        if !is_known || kind.multiplicity() != n_components || !components.contains(&component) {
             return Err(wrong(DataProblem::Type {
                 found: format!("{kind:?} of {component:?}"),
                 expected,
@@ -152,10 +182,9 @@ impl Data<'_> {
                     bytes.extend_from_slice(&source.bytes[start..start + size]);
                 }
             }
-        } else if accessor.sparse.is_some() {
-            bytes.resize(n * size, 0);
         } else {
-            return Err(wrong(DataProblem::Missing));
+            // glTF 2.0 §5.1.1: without a buffer view, zeros (which sparse values may replace).
+            bytes.resize(n * size, 0);
         }
         if let Some(sparse) = &accessor.sparse {
             self.put_sparse(sparse, &mut bytes, size, component.size(), count, &wrong)?;

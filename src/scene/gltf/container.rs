@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! From bytes to the JSON tree and the binary chunk.
 
-use gltf::json::Root;
+use gltf::json::{Root, Value, deserialize};
 
 use crate::scene::error::{ErrorKind, short};
 use crate::scene::limits::Budget;
@@ -28,6 +28,10 @@ pub(super) fn parse<'a>(
     } else {
         // RFC 8259 lets a reader ignore a byte order mark.
         let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let marks: [&[u8]; 4] = [b"\xff\xfe", b"\xfe\xff", b"{\0", b"\0{"];
+        if marks.iter().any(|mark| json.starts_with(mark)) {
+            return Err(ErrorKind::Utf16);
+        }
         if !json.trim_ascii_start().starts_with(b"{") {
             return Err(ErrorKind::NotGltf);
         }
@@ -46,8 +50,9 @@ pub(super) fn parse<'a>(
     budget.take(text.len() as u64, 1, "JSON text")?;
     budget.take(n_objects, BYTES_PER_OBJECT, "JSON objects")?;
     budget.take(n_elements, BYTES_PER_ELEMENT, "JSON elements")?;
-    let root =
-        Root::from_str(text).map_err(|e| ErrorKind::Json { message: short(&e.to_string()) })?;
+    let root = Root::from_str(text).map_err(|e| {
+        other_version(text).unwrap_or_else(|| ErrorKind::Json { message: short(&e.to_string()) })
+    })?;
     check_version(&root)?;
     if let Some(name) =
         root.extensions_required.iter().find(|name| !EXTENSIONS.contains(&name.as_str()))
@@ -55,6 +60,22 @@ pub(super) fn parse<'a>(
         return Err(ErrorKind::Extension { name: short(name) });
     }
     Ok((root, bin))
+}
+
+/// What to say of JSON that is no glTF 2.0: files of another version are shaped differently.
+fn other_version(text: &str) -> Option<ErrorKind> {
+    let tree: Value = deserialize::from_str(text).ok()?;
+    let version = tree.get("asset").and_then(|asset| asset.get("version"));
+    match version {
+        None => Some(ErrorKind::NoVersion),
+        Some(Value::String(version)) if version.starts_with("2.") => None,
+        Some(Value::String(version)) => Some(ErrorKind::Version { version: short(version) }),
+        // glTF 1.0 files of early exporters write a number.
+        Some(Value::Number(version)) if version.as_f64() < Some(2.0) => {
+            Some(ErrorKind::Version { version: format!("{:.1}", version.as_f64()?) })
+        }
+        Some(_) => None,
+    }
 }
 
 fn check_version(root: &Root) -> Result<(), ErrorKind> {
@@ -78,7 +99,11 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ErrorKind> {
 
     let version = word(bytes, 4).ok_or_else(|| cut(4))?;
     if version != 2 {
-        return Err(ErrorKind::Version { version: version.to_string() });
+        let version = match version {
+            1 => "1.0 (binary container of version 1)".to_owned(),
+            other => format!("of binary container version {other}"),
+        };
+        return Err(ErrorKind::Version { version });
     }
     let length = word(bytes, 8).ok_or_else(|| cut(8))? as usize;
     if length < HEADER_BYTES || length > bytes.len() {

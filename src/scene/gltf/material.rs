@@ -8,9 +8,9 @@ use gltf::json::texture::{Info, MagFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
 
 use super::{Loader, index, named};
+use crate::scene::clean::dark;
 use crate::scene::error::{DataProblem, ErrorKind, ImageError, Warning, short};
 use crate::scene::image::{decode, white};
-use crate::scene::resource::read_uri;
 use crate::scene::{AlphaMode, Filter, Material, Texture, TextureRef, Wrap};
 
 /// An image that was read, or what stands in for it.
@@ -76,7 +76,8 @@ impl Loader<'_> {
             let at = format!("{at}.{what}");
             loader.texture_ref(info.index.value(), info.tex_coord, transform, &at)
         };
-        let made = Material {
+        let emission_map = info(self, &material.emissive_texture, "emissiveTexture")?;
+        let mut made = Material {
             name: match &material.name {
                 Some(name) => short(name),
                 None => format!("materials[{ix}]"),
@@ -98,11 +99,15 @@ impl Loader<'_> {
                 None => 1.0,
             },
             emission: Vec3::from_array(emission),
-            emission_texture: info(self, &material.emissive_texture, "emissiveTexture")?
-                .map(|(t, _)| t),
+            emission_texture: None,
             alpha,
             double_sided: material.double_sided,
         };
+        match emission_map {
+            Some((texture, slot)) if !slot.is_stand_in => made.emission_texture = Some(texture),
+            None if material.emissive_texture.is_none() => {}
+            _ => dark(&mut made, &at, "emissiveTexture", &mut self.warnings),
+        }
         let new = self.scene.materials.len();
         self.scene.materials.push(made);
         self.materials[ix] = Some(new);
@@ -210,7 +215,17 @@ impl Loader<'_> {
         };
         // The crate's sign for "no source".
         let slot = if texture.source.value() == u32::MAX as usize {
-            self.stand_in(at.clone(), ImageError::Format)
+            let extensions = texture.extensions.iter().flat_map(|e| e.others.keys());
+            let only_by: Vec<_> = extensions.map(|name| short(name)).collect();
+            let problem = if only_by.is_empty() {
+                ImageError::Format
+            } else {
+                let only_by = short(&only_by.join(", "));
+                ImageError::Data(format!(
+                    "has a source only by {only_by}, which is not supported; convert it to PNG or JPEG"
+                ))
+            };
+            self.stand_in(at.clone(), problem)
         } else {
             self.image(texture.source.value(), &at)?
         };
@@ -233,7 +248,9 @@ impl Loader<'_> {
         let what = image.name.as_deref().or(image.uri.as_deref());
         let name = named("images", ix, what.filter(|s| !s.starts_with("data:")));
         let decoded = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => read_uri(uri, self.folder, &mut self.budget)
+            (Some(uri), _) => self
+                .files
+                .read_uri(uri, &name, &mut self.budget, &mut self.warnings)
                 .map_err(ImageError::from)
                 .and_then(|bytes| decode(name.clone(), &bytes, self.limits, &mut self.budget)),
             (None, Some(view)) => {

@@ -6,6 +6,7 @@ use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index};
 
+use super::skin::Pose;
 use super::{Loader, index};
 use crate::scene::Mesh;
 use crate::scene::clean::{clean, fill_texcoords};
@@ -18,27 +19,53 @@ impl Loader<'_> {
         if let Some(known) = &self.meshes[mesh_ix] {
             return Ok(known.clone());
         }
-        let name = match &mesh.name {
-            Some(name) => short(name),
-            None => format!("meshes[{mesh_ix}]"),
-        };
+        let name = mesh_name(mesh, mesh_ix);
         let mut made = Vec::new();
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             let at = format!("{name}.primitives[{i}]");
-            if let Some(mesh) = self.primitive(primitive, at)? {
-                made.push(self.scene.meshes.len());
-                let start = [mesh.positions[0]; 2];
-                let bounds =
-                    mesh.positions.iter().fold(start, |[min, max], &p| [min.min(p), max.max(p)]);
-                self.boxes.push(bounds);
-                self.scene.meshes.push(mesh);
+            if let Some(mesh) = self.primitive(primitive, at, None)? {
+                made.push(self.add_mesh(mesh));
             }
         }
         self.meshes[mesh_ix] = Some(made.clone());
         Ok(made)
     }
 
-    fn primitive(&mut self, primitive: &Primitive, at: String) -> Result<Option<Mesh>, ErrorKind> {
+    /// The same for a mesh with a skin, at rest in world space: each node has its own.
+    pub(super) fn skinned_mesh(
+        &mut self,
+        mesh_ix: usize,
+        pose: &Pose,
+        at: &str,
+    ) -> Result<Vec<usize>, ErrorKind> {
+        let mesh = index(&self.data.root.meshes, mesh_ix, "meshes", || format!("{at}.mesh"))?;
+        let name = mesh_name(mesh, mesh_ix);
+        // Counted before they are read: each costs time, even if nothing is left of it.
+        self.count_placed(mesh.primitives.len(), at)?;
+        let mut made = Vec::new();
+        for (i, primitive) in mesh.primitives.iter().enumerate() {
+            let at = format!("{name}.primitives[{i}] at {at}");
+            if let Some(mesh) = self.primitive(primitive, at, Some(pose))? {
+                made.push(self.add_mesh(mesh));
+            }
+        }
+        Ok(made)
+    }
+
+    pub(super) fn add_mesh(&mut self, mesh: Mesh) -> usize {
+        let start = [mesh.positions[0]; 2];
+        let bounds = mesh.positions.iter().fold(start, |[min, max], &p| [min.min(p), max.max(p)]);
+        self.boxes.push(bounds);
+        self.scene.meshes.push(mesh);
+        self.scene.meshes.len() - 1
+    }
+
+    fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        at: String,
+        pose: Option<&Pose>,
+    ) -> Result<Option<Mesh>, ErrorKind> {
         let skip = |what: &str| Warning::Ignored { at: at.clone(), what: what.to_owned() };
         let Checked::Valid(mode) = primitive.mode else {
             return Err(ErrorKind::Data { at, problem: DataProblem::Unknown("mode") });
@@ -91,6 +118,9 @@ impl Loader<'_> {
                 let colors = self.unorms(ix, &at, "COLOR_0")?;
                 convert(colors, Vec4::from_array, n, ix, &at, "COLOR_0")?
             };
+        }
+        if let Some(pose) = pose {
+            self.apply_pose(pose, primitive, &mut mesh, &at)?;
         }
         mesh.name = at;
         let Some(mut mesh) = clean(mesh, &mut self.warnings) else {
@@ -164,6 +194,13 @@ impl Loader<'_> {
             }
             _ => indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
         })
+    }
+}
+
+fn mesh_name(mesh: &gltf::json::Mesh, mesh_ix: usize) -> String {
+    match &mesh.name {
+        Some(name) => short(name),
+        None => format!("meshes[{mesh_ix}]"),
     }
 }
 

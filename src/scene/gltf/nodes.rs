@@ -14,31 +14,76 @@ pub(super) struct Placed {
     /// Index in the file.
     pub node: usize,
     pub world_from_object: DAffine3,
+    /// Whether its and its parents' scales mirror, those of 0 taken as positive.
+    pub mirrored: bool,
 }
 
-/// The nodes of the default scene (of the whole file, where no default is named) in the file's
-/// order, parents first. A node whose transform cannot be used is left out with all below it.
+/// World matrices of nodes, of whichever scene, found when asked for.
+pub(super) struct Worlds {
+    parents: Vec<Option<usize>>,
+    known: Vec<Option<Result<DAffine3, &'static str>>>,
+}
+
+impl Worlds {
+    pub fn of(&mut self, root: &Root, node: usize) -> Result<DAffine3, &'static str> {
+        let mut unknown = Vec::new();
+        let mut world = Ok(DAffine3::IDENTITY);
+        let mut next = Some(node);
+        while let Some(node) = next {
+            if let Some(known) = self.known[node] {
+                world = known;
+                break;
+            }
+            unknown.push(node);
+            next = self.parents[node];
+        }
+        for node in unknown.into_iter().rev() {
+            world = world
+                .and_then(|parent| Ok(parent * local(&root.nodes[node])?.0))
+                .and_then(|world| usable(&world).map(|()| world));
+            self.known[node] = Some(world);
+        }
+        world
+    }
+}
+
+/// The nodes of the default scene in the file's order, parents first: of the first scene where no
+/// default is named, of the whole file where there are no scenes. A node whose transform cannot be used is left out with all below it.
 pub(super) fn place(
     root: &Root,
     limits: &LoadLimits,
     warnings: &mut Warnings,
-) -> Result<Vec<Placed>, ErrorKind> {
+) -> Result<(Vec<Placed>, Worlds), ErrorKind> {
     let parents = parents(root)?;
     refuse_cycles(&parents)?;
 
-    let roots: Vec<usize> = match root.scene {
-        Some(scene) => {
-            let scene_ix = scene.value();
+    let scene_ix = match root.scene {
+        Some(scene) => Some(scene.value()),
+        None if root.scenes.is_empty() => None,
+        None => Some(0),
+    };
+    let roots: Vec<usize> = match scene_ix {
+        Some(scene_ix) => {
             let scene = index(&root.scenes, scene_ix, "scenes", || "scene".to_owned())?;
+            if root.scene.is_none() && root.scenes.len() > 1 {
+                warnings.push(Warning::Value {
+                    at: "scene".to_owned(),
+                    problem: format!(
+                        "none of the {} scenes is named as the default; {} is read",
+                        root.scenes.len(),
+                        named("scenes", scene_ix, scene.name.as_deref())
+                    ),
+                });
+            }
             scene_roots(root, scene_ix, &scene.nodes, &parents)?
         }
         None => (0..root.nodes.len()).filter(|&node| parents[node].is_none()).collect(),
     };
 
     let mut placed = Vec::new();
-    let mut stack: Vec<(usize, usize, DAffine3)> =
-        roots.into_iter().rev().map(|node| (node, 0, DAffine3::IDENTITY)).collect();
-    while let Some((node_ix, depth, world_from_parent)) = stack.pop() {
+    let mut stack: Vec<(usize, usize, DAffine3, bool)> =
+        roots.into_iter().rev().map(|node| (node, 0, DAffine3::IDENTITY, false)).collect();
+    while let Some((node_ix, depth, world_from_parent, parent_mirrored)) = stack.pop() {
         if depth > limits.max_node_depth {
             return Err(ErrorKind::TooMuch {
                 what: format!("nodes[{node_ix}]: depth"),
@@ -48,8 +93,11 @@ pub(super) fn place(
             });
         }
         let node = &root.nodes[node_ix];
-        let world = local(node).map(|parent_from_node| world_from_parent * parent_from_node);
-        let world = match world.and_then(|world| usable(&world).map(|()| world)) {
+        let world = local(node).map(|(parent_from_node, mirrors)| {
+            (world_from_parent * parent_from_node, parent_mirrored != mirrors)
+        });
+        let world = world.and_then(|(world, mirrored)| usable(&world).map(|()| (world, mirrored)));
+        let (world, mirrored) = match world {
             Ok(world) => world,
             Err(problem) => {
                 warnings.push(Warning::Transform {
@@ -59,12 +107,13 @@ pub(super) fn place(
                 continue;
             }
         };
-        placed.push(Placed { node: node_ix, world_from_object: world });
+        placed.push(Placed { node: node_ix, world_from_object: world, mirrored });
         for child in node.children.iter().flatten().rev() {
-            stack.push((child.value(), depth + 1, world));
+            stack.push((child.value(), depth + 1, world, mirrored));
         }
     }
-    Ok(placed)
+    let known = vec![None; parents.len()];
+    Ok((placed, Worlds { parents, known }))
 }
 
 /// Each node's parent. Refuses children that do not exist or have two parents.
@@ -129,7 +178,8 @@ fn scene_roots(
     Ok(roots)
 }
 
-fn local(node: &Node) -> Result<DAffine3, &'static str> {
+/// A node's own matrix, and whether it mirrors.
+fn local(node: &Node) -> Result<(DAffine3, bool), &'static str> {
     if let Some(matrix) = node.matrix {
         let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
         if !matrix.is_finite() {
@@ -138,7 +188,8 @@ fn local(node: &Node) -> Result<DAffine3, &'static str> {
         if matrix.row(3) != glam::DVec4::W {
             return Err("its matrix is not affine; left out with all below it");
         }
-        return Ok(DAffine3::from_mat4(matrix));
+        let matrix = DAffine3::from_mat4(matrix);
+        return Ok((matrix, matrix.matrix3.determinant() < 0.0));
     }
     let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     let translation = node.translation.map_or(DVec3::ZERO, vector);
@@ -153,7 +204,8 @@ fn local(node: &Node) -> Result<DAffine3, &'static str> {
         }
         None => DQuat::IDENTITY,
     };
-    Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
+    let mirrors = scale.to_array().iter().filter(|&&s| s < 0.0).count() % 2 == 1;
+    Ok((DAffine3::from_scale_rotation_translation(scale, rotation, translation), mirrors))
 }
 
 fn usable(world: &DAffine3) -> Result<(), &'static str> {

@@ -7,7 +7,7 @@
 //! where the file has none, the first `vt` and `vn` stand in, which are NaN.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write;
 
 use crate::scene::error::{ErrorKind, LineProblem, Warning, Warnings, short};
@@ -38,6 +38,7 @@ pub(super) struct Checked {
     /// Line in the original file of each face, in the order of the text.
     pub face_lines: Vec<usize>,
     pub problems: Problems,
+    pub passed: Passed,
 }
 
 /// For each problem its first line and how often it occurs.
@@ -58,6 +59,58 @@ impl Problems {
     }
 }
 
+/// Keywords that were passed over: for each its first line and how often it occurs.
+#[derive(Default)]
+pub(super) struct Passed {
+    by_keyword: BTreeMap<(bool, String), (usize, usize)>,
+    n_more: usize,
+}
+
+impl Passed {
+    /// Keywords that are named; binary data can hold any number of different ones.
+    const MAX_KEYWORDS: usize = 32;
+
+    /// `is_known`: the format's own, but of no effect here.
+    pub fn add(&mut self, line: usize, keyword: &str, is_known: bool) {
+        let key = (is_known, short(keyword));
+        if let Some((_, n)) = self.by_keyword.get_mut(&key) {
+            *n += 1;
+        } else if self.by_keyword.len() < Self::MAX_KEYWORDS {
+            self.by_keyword.insert(key, (line, 1));
+        } else {
+            self.n_more += 1;
+        }
+    }
+
+    /// One warning a keyword; `file` stands before the line.
+    pub fn report(self, file: &str, warnings: &mut Warnings) {
+        for ((is_known, keyword), (line, n)) in self.by_keyword {
+            let what = if is_known { "(not supported)" } else { "(unknown keyword)" };
+            warnings.push(Warning::Ignored {
+                at: format!("{file}line {line}"),
+                what: format!("`{keyword}` {what}, {n} in all,"),
+            });
+        }
+        if self.n_more > 0 {
+            warnings.push(Warning::Ignored {
+                at: format!("{file}all lines"),
+                what: format!("{} more line(s) of unknown keywords", self.n_more),
+            });
+        }
+    }
+}
+
+/// Statements that change nothing here: smoothing groups (without `vn`, faces are flat), merging
+/// groups and levels of detail; how curves and surfaces, which are named themselves, are made and
+/// shown.
+const HARMLESS: [&str; 22] = [
+    "s", "mg", "lod", "bevel", "c_interp", "d_interp", "vp", "cstype", "deg", "bmat", "step",
+    "parm", "trim", "hole", "scrv", "sp", "end", "con", "ctech", "stech", "res", "maplib",
+];
+
+/// Statements with an effect that is not supported. `call` reads another file, `csh` runs a command.
+const UNSUPPORTED: [&str; 5] = ["usemap", "shadow_obj", "trace_obj", "call", "csh"];
+
 /// A line of a text format, continuations (`\` at the end) joined, with its number.
 pub(super) struct Line<'a> {
     pub number: usize,
@@ -65,13 +118,84 @@ pub(super) struct Line<'a> {
     pub is_utf8: bool,
 }
 
-/// The file's lines without those that are empty or comments.
+/// The text as UTF-8 without a byte order mark. UTF-16 is told by its mark, or by a 0 in every other
+/// byte; it is decoded, with a warning.
+pub(super) fn as_utf8<'a>(
+    bytes: &'a [u8],
+    at: &str,
+    budget: &mut Budget,
+    warnings: &mut Warnings,
+) -> Result<Cow<'a, [u8]>, ErrorKind> {
+    if let Some(rest) = bytes.strip_prefix(b"\xef\xbb\xbf") {
+        return Ok(Cow::Borrowed(rest));
+    }
+    let Some((is_big_endian, rest)) = utf16(bytes) else {
+        if bytes.contains(&0) {
+            warnings.push(Warning::Value {
+                at: at.to_owned(),
+                problem: "has bytes of value 0: binary data, or a text in UTF-16 or UTF-32; save \
+                          it as UTF-8"
+                    .to_owned(),
+            });
+        }
+        return Ok(Cow::Borrowed(bytes));
+    };
+    // Two bytes become up to three.
+    budget.take(rest.len() as u64, 2, at)?;
+    let units = rest.chunks_exact(2).map(|pair| match is_big_endian {
+        true => u16::from_be_bytes([pair[0], pair[1]]),
+        false => u16::from_le_bytes([pair[0], pair[1]]),
+    });
+    let text: String =
+        char::decode_utf16(units).map(|unit| unit.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+    warnings.push(Warning::Value {
+        at: at.to_owned(),
+        problem: "the text is UTF-16, read as such; save it as UTF-8".to_owned(),
+    });
+    Ok(Cow::Owned(text.into_bytes()))
+}
+
+/// Whether UTF-16 is big-endian, and the text after its mark.
+fn utf16(bytes: &[u8]) -> Option<(bool, &[u8])> {
+    /// Bytes that are looked at where there is no mark.
+    const PROBE: usize = 64;
+    if let Some(rest) = bytes.strip_prefix(b"\xff\xfe") {
+        // The same mark in 32 bits.
+        return (!rest.starts_with(&[0, 0])).then_some((false, rest));
+    }
+    if let Some(rest) = bytes.strip_prefix(b"\xfe\xff") {
+        return Some((true, rest));
+    }
+    let probe = &bytes[..bytes.len().min(PROBE) / 2 * 2];
+    let all = |first: bool| {
+        !probe.is_empty()
+            && probe.chunks_exact(2).all(|p| (p[0] == 0) == first && (p[1] == 0) != first)
+    };
+    if all(false) { Some((false, bytes)) } else { all(true).then_some((true, bytes)) }
+}
+
+/// Lines that end in LF, CR LF or CR, without their ends.
+fn physical_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = Some(bytes);
+    std::iter::from_fn(move || {
+        let all = rest?;
+        let Some(end) = all.iter().position(|b| matches!(b, b'\n' | b'\r')) else {
+            rest = None;
+            return Some(all);
+        };
+        let next = if all[end..].starts_with(b"\r\n") { end + 2 } else { end + 1 };
+        rest = Some(&all[next..]);
+        Some(&all[..end])
+    })
+}
+
+/// The lines of a text ([`as_utf8`]) without those that are empty or comments.
 pub(super) fn lines<'a>(
     bytes: &'a [u8],
     limits: &LoadLimits,
 ) -> impl Iterator<Item = Result<Line<'a>, ErrorKind>> {
     let max = limits.max_line_bytes;
-    let mut physical = bytes.split(|&b| b == b'\n').enumerate();
+    let mut physical = physical_lines(bytes).enumerate();
     std::iter::from_fn(move || {
         loop {
             let (ix, first) = physical.next()?;
@@ -102,16 +226,16 @@ pub(super) fn lines<'a>(
                 }
                 joined.extend_from_slice(next.trim_ascii());
             }
+            let latin_1 =
+                |bytes: &[u8]| (Cow::Owned(bytes.iter().copied().map(char::from).collect()), false);
             let (text, is_utf8) = match bytes {
                 Cow::Borrowed(bytes) => match std::str::from_utf8(bytes) {
                     Ok(text) => (Cow::Borrowed(text), true),
-                    Err(_) => (String::from_utf8_lossy(bytes), false),
+                    Err(_) => latin_1(bytes),
                 },
                 Cow::Owned(bytes) => match String::from_utf8(bytes) {
                     Ok(text) => (Cow::Owned(text), true),
-                    Err(e) => {
-                        (Cow::Owned(String::from_utf8_lossy(e.as_bytes()).into_owned()), false)
-                    }
+                    Err(e) => latin_1(e.as_bytes()),
                 },
             };
             return Some(Ok(Line { number, text, is_utf8 }));
@@ -150,7 +274,7 @@ pub(super) fn declared(bytes: &[u8], limits: &LoadLimits) -> Result<Declared, Er
 pub(super) fn check(
     bytes: &[u8],
     declared: &Declared,
-    materials: &HashMap<String, usize>,
+    material: impl Fn(&str) -> Option<usize>,
     limits: &LoadLimits,
     budget: &mut Budget,
 ) -> Result<Checked, ErrorKind> {
@@ -158,6 +282,7 @@ pub(super) fn check(
     let mut faces = String::new();
     let mut face_lines = Vec::new();
     let mut problems = Problems::default();
+    let mut passed = Passed::default();
     // What has been declared so far: negative indices count back from here.
     let (mut n_positions, mut n_texcoords, mut n_normals) = (0, 0, 0);
     let mut n_triangles = 0u64;
@@ -175,7 +300,7 @@ pub(super) fn check(
         let _ = match word {
             "v" => {
                 n_positions += 1;
-                let (position, color) = vertex(rest, || problems.add(number, LineProblem::Numbers));
+                let (position, color) = vertex(rest, |problem| problems.add(number, problem));
                 let [x, y, z] = position;
                 let [r, g, b] = color;
                 writeln!(vertices, "v {x} {y} {z} {r} {g} {b}")
@@ -183,16 +308,16 @@ pub(super) fn check(
             "vt" => {
                 n_texcoords += 1;
                 let mut uv = [f32::NAN, 0.0];
-                if !numbers(rest, &mut uv, 1) {
-                    problems.add(number, LineProblem::Numbers);
+                if let Some(problem) = numbers(rest, &mut uv, 1) {
+                    problems.add(number, problem);
                 }
                 writeln!(vertices, "vt {} {}", uv[0], uv[1])
             }
             "vn" => {
                 n_normals += 1;
                 let mut n = [f32::NAN; 3];
-                if !numbers(rest, &mut n, 3) {
-                    problems.add(number, LineProblem::Numbers);
+                if let Some(problem) = numbers(rest, &mut n, 3) {
+                    problems.add(number, problem);
                 }
                 writeln!(vertices, "vn {} {} {}", n[0], n[1], n[2])
             }
@@ -212,18 +337,23 @@ pub(super) fn check(
                 }
             }
             "o" | "g" => writeln!(faces, "o {}", short(rest)),
-            "usemtl" => match materials.get(rest) {
+            "usemtl" => match material(rest) {
                 Some(ix) => writeln!(faces, "usemtl m{ix}"),
                 None => {
                     problems.add(number, LineProblem::NoMaterial);
                     writeln!(faces, "usemtl none")
                 }
             },
-            "p" | "l" | "curv" | "curv2" | "surf" => {
+            "p" | "l" | "curv" | "curv2" | "surf" | "bsp" | "bzp" | "cdc" | "cdp" => {
                 problems.add(number, LineProblem::NotAFace);
                 Ok(())
             }
-            _ => Ok(()),
+            "mtllib" => Ok(()),
+            _ if HARMLESS.contains(&word) => Ok(()),
+            _ => {
+                passed.add(number, word, UNSUPPORTED.contains(&word));
+                Ok(())
+            }
         };
         if n_triangles > limits.max_triangles {
             return Err(ErrorKind::TooMuch {
@@ -240,7 +370,7 @@ pub(super) fn check(
             + PARSED_BYTES_PER_MESH * u64::from(starts_mesh);
         budget.take(written + parsed, 1, "OBJ text")?;
     }
-    Ok(Checked { vertices, faces, face_lines, problems })
+    Ok(Checked { vertices, faces, face_lines, problems, passed })
 }
 
 /// Corners of a face, as indices from 0 of position, texture coordinate and normal, the latter two
@@ -302,28 +432,51 @@ fn words(rest: &str) -> impl Iterator<Item = &str> {
     rest.split_ascii_whitespace().take_while(|word| !word.starts_with('#'))
 }
 
-/// Reads as many numbers as there are, up to the slice's length; false with fewer than `least`, or
-/// where one is not readable (it becomes NaN).
-fn numbers(rest: &str, out: &mut [f32], least: usize) -> bool {
+/// A number, and whether it was written with a decimal comma.
+pub(super) fn number(word: &str) -> Option<(f32, bool)> {
+    if let Ok(value) = word.parse() {
+        return Some((value, false));
+    }
+    let (whole, part) = word.split_once(',')?;
+    let is_digit = |c: char| c.is_ascii_digit();
+    if !whole.ends_with(is_digit) || !part.starts_with(is_digit) {
+        return None;
+    }
+    Some((format!("{whole}.{part}").parse().ok()?, true))
+}
+
+/// Reads as many numbers as there are, up to the slice's length. Says what is wrong: fewer than
+/// `least`, one that is not readable (it becomes NaN), or else a decimal comma.
+fn numbers(rest: &str, out: &mut [f32], least: usize) -> Option<LineProblem> {
     let mut n = 0;
-    let mut ok = true;
+    let (mut all_readable, mut has_comma) = (true, false);
     for (slot, word) in out.iter_mut().zip(words(rest)) {
-        *slot = word.parse().unwrap_or_else(|_| {
-            ok = false;
-            f32::NAN
-        });
+        match number(word) {
+            Some((value, comma)) => {
+                *slot = value;
+                has_comma |= comma;
+            }
+            None => {
+                *slot = f32::NAN;
+                all_readable = false;
+            }
+        }
         n += 1;
     }
-    ok && n >= least
+    if !all_readable || n < least {
+        Some(LineProblem::Numbers)
+    } else {
+        has_comma.then_some(LineProblem::Comma)
+    }
 }
 
 /// Position and colour of a `v` line: `x y z`, `x y z w` (divided by w), `x y z r g b`.
-fn vertex(rest: &str, problem: impl FnOnce()) -> ([f32; 3], [f32; 3]) {
+fn vertex(rest: &str, report: impl FnOnce(LineProblem)) -> ([f32; 3], [f32; 3]) {
     const WHITE: [f32; 3] = [1.0; 3];
     let mut v = [f32::NAN; 6];
     let n = words(rest).take(7).count();
-    if !numbers(rest, &mut v, 3) {
-        problem();
+    if let Some(problem) = numbers(rest, &mut v, 3) {
+        report(problem);
     }
     let [x, y, z, a, b, c] = v;
     match n {

@@ -4,42 +4,78 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
+use std::rc::Rc;
 
 use glam::{Affine2, Vec2, Vec3};
 
-use super::front::{keyword, lines};
-use crate::scene::error::{ErrorKind, ImageError, Warning, Warnings, short};
+use super::front::{self, Passed, as_utf8, keyword, lines};
+use super::names;
+use crate::scene::clean::dark;
+use crate::scene::error::{
+    ErrorKind, ImageError, LineProblem, ResourceError, Warning, Warnings, short,
+};
 use crate::scene::image::{decode, white};
 use crate::scene::limits::{Budget, LoadLimits};
-use crate::scene::resource::read_beside;
+use crate::scene::resource::{self, Files};
 use crate::scene::{AlphaMode, Filter, Image, Material, Scene, Texture, TextureRef, Wrap};
 
 /// Materials by name; the last of a name counts.
 #[derive(Default)]
 pub(super) struct Library {
-    pub materials: Vec<tobj::Material>,
-    pub by_name: HashMap<String, usize>,
+    pub materials: Vec<Source>,
+    by_name: HashMap<String, usize>,
+    /// By what stands before a `#`: it may start a comment, or be part of the name.
+    by_part: HashMap<String, usize>,
+}
+
+/// A material as a library has it.
+pub(super) struct Source {
+    material: tobj::Material,
+    /// The library's folder, relative to the scene's.
+    folder: Rc<Path>,
+}
+
+impl Library {
+    /// The material that the text of a `usemtl` names.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        let before = names::before_comment(name);
+        let whole = self.by_name.get(name).or_else(|| self.by_name.get(before));
+        whole.or_else(|| self.by_part.get(before)).copied()
+    }
+
+    fn add(&mut self, mut material: tobj::Material, folder: &Rc<Path>) {
+        let new = self.materials.len();
+        let before = names::before_comment(&material.name);
+        if before != material.name {
+            self.by_part.insert(before.to_owned(), new);
+        }
+        let shown = names::material_name(&material.name).to_owned();
+        self.by_name.insert(std::mem::replace(&mut material.name, shown), new);
+        self.materials.push(Source { material, folder: Rc::clone(folder) });
+    }
 }
 
 /// Reads one library. What cannot be read gives a warning.
 pub(super) fn read(
     library: &mut Library,
     name: &str,
-    folder: Option<&Path>,
+    files: &mut Files,
     limits: &LoadLimits,
     budget: &mut Budget,
     warnings: &mut Warnings,
 ) {
     let at = format!("mtllib {}", short(name));
-    let loaded = read_beside(name, folder, budget)
-        .map_err(ErrorKind::from)
-        .and_then(|bytes| check(&bytes, &at, limits, budget, warnings))
-        .and_then(|text| tobj::load_mtl_buf(&mut text.as_bytes()).map_err(ErrorKind::Obj));
-    match loaded {
-        Ok((materials, _)) => {
+    let mut load = || {
+        let found = files.find(name, Path::new(""))?;
+        let bytes = resource::read(&found, name, &at, budget, warnings)?;
+        let text = check(&bytes, &at, limits, budget, warnings)?;
+        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).map_err(ErrorKind::Obj)?;
+        Ok::<_, ErrorKind>((materials, Rc::from(found.folder)))
+    };
+    match load() {
+        Ok((materials, folder)) => {
             for material in materials {
-                library.by_name.insert(material.name.clone(), library.materials.len());
-                library.materials.push(material);
+                library.add(material, &folder);
             }
         }
         Err(problem) => {
@@ -47,6 +83,71 @@ pub(super) fn read(
         }
     }
 }
+
+/// What the loader does with a keyword.
+#[derive(Clone, Copy, PartialEq)]
+enum Use {
+    Name,
+    Color,
+    Number,
+    Map,
+    /// A height map, unlike the normal map of `norm`.
+    Bump,
+    /// Has no effect on what is rendered here, whatever its value.
+    Harmless,
+    /// Not supported; without effect where every number that it gives is this one.
+    Unless(f32),
+    /// Not supported.
+    Never,
+}
+
+/// Keywords as they are written; they are found in any case.
+const KEYWORDS: [(&str, Use); 42] = [
+    ("newmtl", Use::Name),
+    ("Kd", Use::Color),
+    ("Ke", Use::Color),
+    ("Ks", Use::Color),
+    ("Ns", Use::Number),
+    ("d", Use::Number),
+    ("Tr", Use::Number),
+    ("Pr", Use::Number),
+    ("Pm", Use::Number),
+    ("map_Kd", Use::Map),
+    ("map_Ke", Use::Map),
+    ("map_d", Use::Map),
+    ("norm", Use::Map),
+    ("bump", Use::Bump),
+    ("map_bump", Use::Bump),
+    // Ambient light stands in for what is computed here.
+    ("Ka", Use::Harmless),
+    ("map_Ka", Use::Harmless),
+    // Ways of shading and index of refraction: a surface here is a rough dielectric or a metal.
+    ("illum", Use::Harmless),
+    ("Ni", Use::Harmless),
+    ("sharpness", Use::Harmless),
+    ("map_aat", Use::Harmless),
+    ("Tf", Use::Unless(1.0)),
+    ("Ps", Use::Unless(0.0)),
+    ("Pc", Use::Unless(0.0)),
+    ("Pcr", Use::Unless(0.0)),
+    ("aniso", Use::Unless(0.0)),
+    ("anisor", Use::Unless(0.0)),
+    ("map_Ks", Use::Never),
+    ("map_Ns", Use::Never),
+    ("map_Tr", Use::Never),
+    ("map_Pr", Use::Never),
+    ("map_Pm", Use::Never),
+    ("map_Ps", Use::Never),
+    ("map_Pc", Use::Never),
+    ("map_Pcr", Use::Never),
+    ("map_aniso", Use::Never),
+    ("map_anisor", Use::Never),
+    ("map_RMA", Use::Never),
+    ("map_ORM", Use::Never),
+    ("refl", Use::Never),
+    ("disp", Use::Never),
+    ("decal", Use::Never),
+];
 
 /// Writes anew, plainly, what is used; the parser panics on colours of one or two numbers.
 fn check(
@@ -56,34 +157,64 @@ fn check(
     budget: &mut Budget,
     warnings: &mut Warnings,
 ) -> Result<String, ErrorKind> {
+    let bytes = &*as_utf8(bytes, at, budget, warnings)?;
     let mut text = String::new();
     let mut bump_line = None;
+    let mut comma_line = None;
+    let mut latin_1_line = None;
+    // First line and number of what the parser drops, as no material has begun.
+    let mut before_first: Option<(usize, usize)> = None;
+    let mut has_material = false;
+    let mut passed = Passed::default();
     for line in lines(bytes, limits) {
         let line = line?;
         let (word, rest) = keyword(&line.text);
         let before = text.len();
-        let written = match word {
-            "newmtl" if !rest.is_empty() => writeln!(text, "newmtl {rest}").ok(),
-            "Kd" | "Ke" | "Ks" => {
-                color(rest).and_then(|[r, g, b]| writeln!(text, "{word} {r} {g} {b}").ok())
+        let known = KEYWORDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(word));
+        let mut has_comma = false;
+        let written = match known {
+            Some((word, Use::Name | Use::Map)) => {
+                (!rest.is_empty()).then(|| writeln!(text, "{word} {rest}").ok()).flatten()
             }
-            "Ns" | "d" | "Tr" | "Pr" | "Pm" => {
-                number(rest).and_then(|value| writeln!(text, "{word} {value}").ok())
+            Some((word, Use::Color)) => color(rest, &mut has_comma)
+                .and_then(|[r, g, b]| writeln!(text, "{word} {r} {g} {b}").ok()),
+            Some((word, Use::Number)) => {
+                number(rest, &mut has_comma).and_then(|value| writeln!(text, "{word} {value}").ok())
             }
-            "map_Kd" | "map_Ke" | "map_d" | "norm" if !rest.is_empty() => {
-                writeln!(text, "{word} {rest}").ok()
-            }
-            "newmtl" | "map_Kd" | "map_Ke" | "map_d" | "norm" => None,
-            "bump" | "map_bump" | "map_Bump" => {
+            Some((_, Use::Bump)) => {
                 bump_line.get_or_insert(line.number);
                 Some(())
             }
-            _ => Some(()),
+            Some((_, Use::Harmless)) => Some(()),
+            Some((word, Use::Unless(value))) => {
+                if color(rest, &mut has_comma) != Some([*value; 3]) {
+                    passed.add(line.number, word, true);
+                }
+                Some(())
+            }
+            Some((word, Use::Never)) => {
+                passed.add(line.number, word, true);
+                Some(())
+            }
+            None => {
+                passed.add(line.number, word, false);
+                Some(())
+            }
         };
+        if has_comma {
+            comma_line.get_or_insert(line.number);
+        }
+        if !line.is_utf8 {
+            latin_1_line.get_or_insert(line.number);
+        }
+        has_material |= text.len() > before && known.is_some_and(|(_, kind)| *kind == Use::Name);
+        if text.len() > before && !has_material {
+            before_first.get_or_insert((line.number, 0)).1 += 1;
+        }
         if written.is_none() {
             warnings.push(Warning::Materials {
                 at: format!("{at}, line {}", line.number),
-                problem: format!("`{word}` without usable values, skipped"),
+                problem: format!("`{}` without usable values, skipped", short(word)),
             });
         }
         // The parser keeps about the text once more, and a structure per material.
@@ -95,20 +226,40 @@ fn check(
             what: "bump (a height map, unlike the normal map of `norm`) is".to_owned(),
         });
     }
+    for (line, problem) in [(comma_line, LineProblem::Comma), (latin_1_line, LineProblem::NotUtf8)]
+    {
+        if let Some(line) = line {
+            warnings.push(Warning::Value {
+                at: format!("{at}, line {line}"),
+                problem: problem.to_string(),
+            });
+        }
+    }
+    if let Some((line, n)) = before_first {
+        warnings.push(Warning::Materials {
+            at: format!("{at}, line {line}"),
+            problem: format!("{n} statement(s) before the first `newmtl`, skipped"),
+        });
+    }
+    passed.report(&format!("{at}, "), warnings);
     Ok(text)
 }
 
-fn number(rest: &str) -> Option<f32> {
+fn number(rest: &str, has_comma: &mut bool) -> Option<f32> {
     // Some exporters write `d -halo 1.0`.
-    let word = rest.split_ascii_whitespace().rfind(|w| !w.starts_with('#'));
-    word?.parse().ok().filter(|v: &f32| v.is_finite())
+    let words = rest.split_ascii_whitespace().take_while(|w| !w.starts_with('#'));
+    finite(words.last()?, has_comma)
+}
+
+fn finite(word: &str, has_comma: &mut bool) -> Option<f32> {
+    let (value, comma) = front::number(word).filter(|(value, _)| value.is_finite())?;
+    *has_comma |= comma;
+    Some(value)
 }
 
 /// `r g b`, or `r` for all three. Spectral files and XYZ are not read.
-fn color(rest: &str) -> Option<[f32; 3]> {
-    let mut values = rest
-        .split_ascii_whitespace()
-        .map_while(|word| word.parse().ok().filter(|v: &f32| v.is_finite()));
+fn color(rest: &str, has_comma: &mut bool) -> Option<[f32; 3]> {
+    let mut values = rest.split_ascii_whitespace().map_while(|word| finite(word, has_comma));
     let r = values.next()?;
     match (values.next(), values.next()) {
         (Some(g), Some(b)) => Some([r, g, b]),
@@ -119,29 +270,30 @@ fn color(rest: &str) -> Option<[f32; 3]> {
 
 /// Makes scene materials, textures and images of what meshes use.
 pub(super) struct Maker<'a> {
-    pub folder: Option<&'a Path>,
-    pub limits: &'a LoadLimits,
-    /// By the value of `map_…`; the flag says that white stands in.
-    images: HashMap<String, (usize, bool)>,
+    files: Files<'a>,
+    limits: &'a LoadLimits,
+    /// By the library's folder and the name in `map_…`; the flag says that white stands in.
+    images: HashMap<(Rc<Path>, String), (usize, bool)>,
 }
 
 impl<'a> Maker<'a> {
-    pub fn new(folder: Option<&'a Path>, limits: &'a LoadLimits) -> Self {
-        Self { folder, limits, images: HashMap::new() }
+    pub fn new(files: Files<'a>, limits: &'a LoadLimits) -> Self {
+        Self { files, limits, images: HashMap::new() }
     }
 
     /// * base colour `Kd` and `map_Kd`; alpha `d` (or 1 − `Tr`) and `map_d`, both as masks;
-    /// * emission `Ke` and `map_Ke`, as radiance;
+    /// * emission `Ke` and `map_Ke`, as radiance; `Ke` is 1 where only `map_Ke` is given;
     /// * roughness `Pr`, else `(2 / (Ns + 2))^¼` (the GGX lobe about as wide as Blinn's with
     ///   exponent `Ns`: α² = 2 / (Ns + 2)); 1 without `Ns` or where `Ks` is black;
     /// * metallic `Pm`, else 0; normals `norm`.
     pub fn material(
         &mut self,
-        source: &tobj::Material,
+        source: &Source,
         scene: &mut Scene,
         budget: &mut Budget,
         warnings: &mut Warnings,
     ) -> Material {
+        let Source { material: source, folder } = source;
         let name = short(&source.name);
         let at = format!("material {name}");
         let param = |key: &str| source.unknown_param.get(key).map(String::as_str);
@@ -159,7 +311,8 @@ impl<'a> Maker<'a> {
 
         let kd = source.diffuse.unwrap_or([1.0; 3]);
         let kd = Vec3::from_array(kd.map(|c| ranged(c, 0.0..=1.0, "Kd")));
-        let ke = source.emissive.unwrap_or([0.0; 3]);
+        let without = if param("map_Ke").is_some() { 1.0 } else { 0.0 };
+        let ke = source.emissive.unwrap_or([without; 3]);
         let emission = Vec3::from_array(ke.map(|c| ranged(c, 0.0..=f32::MAX, "Ke")));
         let opacity = source.dissolve.or(number("Tr").map(|tr| 1.0 - tr));
         let opacity = ranged(opacity.unwrap_or(1.0), 0.0..=1.0, "d");
@@ -184,6 +337,13 @@ impl<'a> Maker<'a> {
             });
         }
 
+        if emission == Vec3::ZERO && param("map_Ke").is_some() {
+            warnings.push(Warning::Value {
+                at: at.clone(),
+                problem: "Ke is black, so that map_Ke does not show".to_owned(),
+            });
+        }
+
         let mut made = Material {
             name,
             base_color: kd.extend(opacity),
@@ -197,9 +357,9 @@ impl<'a> Maker<'a> {
             },
             ..Material::default()
         };
-        let mut texture = |value: &str| self.texture(value, scene, budget, warnings);
+        let mut texture = |value: &str| self.texture(value, folder, &at, scene, budget, warnings);
         made.base_color_texture = source.diffuse_texture.as_deref().map(|v| texture(v).0);
-        made.emission_texture = param("map_Ke").map(|v| texture(v).0);
+        let emission_map = param("map_Ke").map(&mut texture);
         made.normal_texture = param("norm")
             .map(&mut texture)
             // White is no normal.
@@ -212,22 +372,30 @@ impl<'a> Maker<'a> {
                 made.base_color_texture = masked(base, mask, scene, budget, warnings, &at);
             }
         }
+        match emission_map {
+            Some((_, true)) => dark(&mut made, &at, "map_Ke", warnings),
+            read => made.emission_texture = read.map(|(texture, _)| texture),
+        }
         made
     }
 
     fn texture(
         &mut self,
         value: &str,
+        folder: &Rc<Path>,
+        at: &str,
         scene: &mut Scene,
         budget: &mut Budget,
         warnings: &mut Warnings,
     ) -> (TextureRef, bool) {
         let map = parse_map(value);
-        let (image, is_stand_in) = match self.images.get(map.file) {
+        let key = (Rc::clone(folder), map.file.to_owned());
+        let (image, is_stand_in) = match self.images.get(&key) {
             Some(&known) => known,
             None => {
                 let name = short(map.file);
-                let decoded = read_beside(map.file, self.folder, budget)
+                let decoded = self
+                    .read(map.file, folder, at, budget, warnings)
                     .map_err(ImageError::from)
                     .and_then(|bytes| decode(name.clone(), &bytes, self.limits, budget));
                 let (image, is_stand_in) = match decoded {
@@ -239,7 +407,7 @@ impl<'a> Maker<'a> {
                 };
                 let new = (scene.images.len(), is_stand_in);
                 scene.images.push(image);
-                self.images.insert(map.file.to_owned(), new);
+                self.images.insert(key, new);
                 new
             }
         };
@@ -255,6 +423,31 @@ impl<'a> Maker<'a> {
             uv_from_mesh: map.uv_from_mesh,
         };
         (made, is_stand_in)
+    }
+
+    /// Reads the file that a `map_…` names, relative to its library's folder, or else to the scene's.
+    fn read(
+        &mut self,
+        file: &str,
+        folder: &Path,
+        at: &str,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<Vec<u8>, ResourceError> {
+        let mut first_problem = None;
+        for base in [folder, Path::new("")] {
+            for name in names::readings(file) {
+                match self.files.find(name, base) {
+                    Ok(found) => {
+                        return resource::read(&found, name, at, budget, warnings);
+                    }
+                    Err(problem) => {
+                        first_problem.get_or_insert(problem);
+                    }
+                }
+            }
+        }
+        Err(first_problem.unwrap_or(ResourceError::Missing))
     }
 }
 
