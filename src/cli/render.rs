@@ -189,7 +189,9 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
         Technique::VoxelRt => {
             let settings = arguments.voxels.settings(arguments.bounces, arguments.output.seed)?;
             let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera, _: Option<&ShadowMaps>| {
-                Ok(VoxelRt::new(gpu, scene, settings, camera.position)?)
+                let made = VoxelRt::new(gpu, scene, settings, camera.position)?;
+                voxels::tell_reach(made.reach(), made.n_levels());
+                Ok(made)
             };
             realtime::render(arguments, make, None, voxels::warn)
         }
@@ -201,10 +203,12 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
             let settings = arguments.cones.settings(&arguments.voxels, bounces, seed);
             let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera, maps: Option<&ShadowMaps>| {
                 let eye = camera.position;
-                Ok(match maps {
+                let made = match maps {
                     Some(maps) => VoxelCone::with_shadow_maps(gpu, scene, settings, maps, eye)?,
                     None => VoxelCone::new(gpu, scene, settings, eye)?,
-                })
+                };
+                voxels::tell_reach(made.reach(), made.pyramid().layout().n_levels as usize);
+                Ok(made)
             };
             let cone_shadows = |gpu: &Gpu, technique: &VoxelCone| technique.cone_shadows(gpu);
             realtime::render(arguments, make, Some(cone_shadows), cones::warn)

@@ -15,10 +15,10 @@ use wgpu::util::DeviceExt;
 pub use crate::bindings::host::rays::STACK_SIZE;
 
 /// A BVH of eight children a node over triangles (Ylitie, Karras, Laine 2017), built by obvhs.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct Bvh {
     nodes: Vec<BvhNode>,
-    order: Vec<u32>,
+    tree: CwBvh,
 }
 
 impl Bvh {
@@ -29,10 +29,7 @@ impl Bvh {
         }
         let tree = build_obvhs(triangles);
         debug_assert!(depth(&tree) <= STACK_SIZE);
-        Self {
-            nodes: tree.nodes.iter().map(|node| pack(bytemuck::cast_ref(node))).collect(),
-            order: tree.primitive_indices,
-        }
+        Self { nodes: tree.nodes.iter().map(|node| pack(bytemuck::cast_ref(node))).collect(), tree }
     }
 
     /// The nodes as the kernels read them; empty if there are no triangles.
@@ -42,7 +39,12 @@ impl Bvh {
 
     /// Which input triangle stands at each place of the leaves.
     pub fn triangle_order(&self) -> &[u32] {
-        &self.order
+        &self.tree.primitive_indices
+    }
+
+    /// As obvhs has it, for rays on the CPU.
+    pub(super) fn into_tree(self) -> CwBvh {
+        self.tree
     }
 }
 
@@ -196,8 +198,9 @@ mod tests {
         assert!(depth <= bound.max(STACK_SIZE / 2), "{what}: {depth} levels");
     }
 
+    /// Its box is a cube around the centre.
     fn triangle(center: Vec3, size: f32) -> [Vec3; 3] {
-        [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.5)]
+        [Vec3::new(-1.0, -1.0, -1.0), Vec3::new(1.0, -1.0, 0.3), Vec3::new(0.2, 1.0, 1.0)]
             .map(|corner| center + size * corner)
     }
 
@@ -212,6 +215,8 @@ mod tests {
                 triangle(Vec3::ONE + Vec3::X * (ix % 7) as f32 * f32::EPSILON, 1.0 + ix as f32)
             };
             check("nearly concentric", &(0..n).map(shifted).collect::<Vec<_>>());
+            let nested = |ix: usize| triangle(Vec3::splat(0.3 * ix as f32), 1.0 + ix as f32);
+            check("nested", &(0..n).map(nested).collect::<Vec<_>>());
         }
         // Each half as large as the last, sharing a corner: a chain by any measure of area.
         let shrinking: Vec<_> =

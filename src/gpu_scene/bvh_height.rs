@@ -14,8 +14,20 @@ const CENTER_BITS: u32 = 20;
 /// So many boxes with one centre are left to the builder.
 const SMALL_GROUP: usize = 16;
 
+/// Where boxes are large beside the scene, each holds many others, and builders that look for near neighbours take a step for each
+/// pair: so many times the scene's own area, all boxes together, of more boxes than this are split by number alone. (Triangles of
+/// surfaces come to a few times; any tree over such boxes is bad.)
+const NESTED_AREA: f32 = 64.0;
+const NESTED_BOXES: usize = 4096;
+
 /// Indices of the boxes, those together that have one centre if they are many; all others alone. In a fixed order.
 pub(super) fn groups_of_one_center(boxes: &[Aabb]) -> Vec<Vec<u32>> {
+    let all = || (0..boxes.len() as u32).collect::<Vec<_>>();
+    let area = boxes.iter().map(Aabb::half_area).sum::<f32>();
+    let whole = around(&all(), boxes).half_area();
+    if boxes.len() > NESTED_BOXES && area > NESTED_AREA * whole {
+        return vec![all()];
+    }
     let centers = || boxes.iter().map(Aabb::center);
     let min = centers().reduce(Vec3A::min).unwrap_or_default();
     let max = centers().reduce(Vec3A::max).unwrap_or_default();

@@ -29,7 +29,8 @@ use crate::gpu_scene::GpuScene;
 use crate::shadow::{ShadowBinding, ShadowError, ShadowMaps};
 use crate::voxel::{Resolution, VoxelAttributes, VoxelError, VoxelGrid};
 use crate::voxel_rt::{
-    Bounces, CacheBuffers, Change, PublishInfo, PublishPass, VoxelRt, VoxelRtError, VoxelRtSettings,
+    Bounces, CacheBuffers, Change, PublishInfo, PublishPass, VoxelReach, VoxelRt, VoxelRtError,
+    VoxelRtSettings,
 };
 use bounce::BouncePass;
 use fill::FillPass;
@@ -87,7 +88,7 @@ pub struct VoxelCone {
 impl VoxelCone {
     /// Makes the buffers and compiles the kernels, for scenes of the same variant and bounds.
     ///
-    /// `eye` \[m\]: where the camera stands; with one level it does not matter.
+    /// `eye` \[m\]: where the camera stands. The levels are laid out for what is to be seen from there.
     ///
     /// # Errors
     /// [`VoxelConeError`]: a setting is out of range, or a buffer or texture is larger than the device takes.
@@ -130,7 +131,7 @@ impl VoxelCone {
         let of_voxels = VoxelRtSettings {
             resolution: longest,
             anisotropic: settings.anisotropic,
-            n_levels: settings.n_levels,
+            levels: settings.levels,
             points_per_face: settings.points_per_face,
             bounces: settings.bounces,
             seed: settings.seed,
@@ -175,6 +176,11 @@ impl VoxelCone {
     /// Where a level's cells stand.
     pub fn grid(&self, level: usize) -> &VoxelGrid {
         self.light.grid(level)
+    }
+
+    /// How fine the cells are for what stood around the eye when this was made; see [`VoxelRt::reach`].
+    pub fn reach(&self) -> &VoxelReach {
+        self.light.reach()
     }
 
     /// What is kept of the voxels between frames.

@@ -3,7 +3,7 @@
 use super::VoxelConeError;
 use crate::bindings::baseline::lucerna::cone::march::ConeSettings;
 use crate::voxel::Resolution;
-use crate::voxel_rt::Bounces;
+use crate::voxel_rt::{Bounces, Levels};
 
 /// Where prefiltered voxels are kept and how they are filtered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,9 +75,8 @@ pub struct VoxelConeSettings {
     pub resolution: Resolution,
     /// A value for each of a voxel's six faces; else one a voxel.
     pub anisotropic: bool,
-    /// Nested grids, 1 to 6: the coarsest holds the whole scene, the others stand around the camera, with
-    /// cells half as large from one to the next.
-    pub n_levels: u32,
+    /// Nested grids.
+    pub levels: Levels,
     /// Surface points that find direct light on each face in each frame, 1 to 256.
     pub points_per_face: u32,
     /// How often light is reflected before it reaches the picture's surfaces and there once more. Counted,
@@ -115,7 +114,7 @@ impl Default for VoxelConeSettings {
         Self {
             resolution: Resolution::Longest(128),
             anisotropic: true,
-            n_levels: 1,
+            levels: Levels::Auto,
             points_per_face: 1,
             bounces: Bounces::Unlimited,
             n_cones: 9,

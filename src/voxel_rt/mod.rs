@@ -18,6 +18,7 @@ mod carry;
 mod deposit;
 mod gather;
 mod inject;
+mod levels;
 mod publish;
 mod settings;
 mod shade;
@@ -31,11 +32,11 @@ use crate::gpu::{Gpu, GpuError};
 use crate::gpu_scene::GpuScene;
 use crate::shadow::ShadowMaps;
 use crate::voxel::{
-    BRICK, MAX_BINDING, RECORD_GROUPS_OFFSET, Resolution, Triangles, VOXEL_GROUPS_OFFSET,
-    VoxelError, VoxelGrid, Voxelizer, grid_for_bounds, n_bricks,
+    RECORD_GROUPS_OFFSET, Resolution, Triangles, VOXEL_GROUPS_OFFSET, VoxelError, VoxelGrid,
+    Voxelizer, n_bricks,
 };
 use glam::{IVec3, UVec3, Vec3};
-use std::mem::offset_of;
+use levels::{MAX_LEVELS, corner_around};
 
 pub use crate::bindings::baseline::kernels::voxel_rt::inject::{RUN_SIDE, VoxelSample};
 pub use crate::bindings::baseline::lucerna::voxel_rt::cache::FaceLight;
@@ -45,8 +46,9 @@ pub use carry::{CarryInfo, CarryPass};
 pub use deposit::{DepositInfo, DepositPass};
 pub use gather::{GatherInfo, GatherPass};
 pub use inject::{Injection, InjectionSource, VoxelInjector};
+pub use levels::VoxelReach;
 pub use publish::{PublishInfo, PublishPass};
-pub use settings::{Bounces, DirectLight, Lookup, RaysInjected, VoxelRtSettings};
+pub use settings::{Bounces, DirectLight, Levels, Lookup, RaysInjected, VoxelRtSettings};
 pub use shade::ShadePass;
 pub use structure::sparse_grid;
 pub use walls::{WallsInfo, WallsPass};
@@ -87,12 +89,6 @@ pub enum Change {
     Geometry,
 }
 
-/// As many levels as the uniform has room for.
-const MAX_LEVELS: u32 = (offset_of!(VoxelLevels, n_levels) / size_of::<VoxelLevel>()) as u32;
-
-/// A level follows the eye in steps of so many cells.
-const SCROLL_STEP: i32 = 8;
-
 /// Rays that a face remembers of what stands in its cell while things move.
 const RAYS_WHILE_MOVING: u32 = 8;
 
@@ -122,6 +118,7 @@ pub struct VoxelRt {
     /// Something else renews reflected light ([`VoxelRt::for_others`]).
     reflects_elsewhere: bool,
     has_new_structure: bool,
+    reach: VoxelReach,
 }
 
 /// One grid.
@@ -135,7 +132,7 @@ struct Level {
 impl VoxelRt {
     /// Makes the buffers and compiles the kernels, for scenes of the same variant and bounds.
     ///
-    /// `eye` \[m\]: where the camera stands; with one level it does not matter.
+    /// `eye` \[m\]: where the camera stands. The levels are laid out for what is to be seen from there.
     ///
     /// # Errors
     /// [`VoxelRtError`]: a setting is out of range, or a buffer is larger than the device binds.
@@ -159,7 +156,7 @@ impl VoxelRt {
         settings.check()?;
         let n_faces = if settings.anisotropic { 6 } else { 1 };
         let limit = gpu.device.limits().max_storage_buffer_binding_size;
-        let grids = grids(scene, &settings, resolution, n_faces, limit, eye)?;
+        let (grids, reach) = levels::grids(scene, &settings, resolution, n_faces, limit, eye)?;
         let mut layout = VoxelLevels {
             levels: [NO_LEVEL; MAX_LEVELS as usize],
             n_levels: grids.len() as u32,
@@ -196,6 +193,7 @@ impl VoxelRt {
             n_frames: 0,
             reflects_elsewhere: false,
             has_new_structure: false,
+            reach,
         })
     }
 
@@ -232,6 +230,16 @@ impl VoxelRt {
     /// Updates so far.
     pub(crate) fn n_frames(&self) -> u32 {
         self.n_frames
+    }
+
+    /// Nested grids.
+    pub fn n_levels(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// How fine the cells are for what stood around the eye when this was made, and what lies beyond them.
+    pub fn reach(&self) -> &VoxelReach {
+        &self.reach
     }
 
     /// What was chosen.
@@ -439,41 +447,6 @@ const NO_LEVEL: VoxelLevel = VoxelLevel {
     reserved_a: 0,
     reserved_b: 0,
 };
-
-/// The levels' grids: finer ones around the eye, each with its place in the world's grid of its cells,
-/// and the whole scene's.
-fn grids(
-    scene: &GpuScene,
-    settings: &VoxelRtSettings,
-    resolution: Resolution,
-    n_faces: u32,
-    limit: u64,
-    eye: Vec3,
-) -> Result<Vec<(VoxelGrid, IVec3)>, VoxelRtError> {
-    let (min, max) = scene.bounds();
-    // What the light of all levels together may take.
-    let room = limit.min(MAX_BINDING) / (size_of::<FaceLight>() as u64 * u64::from(n_faces));
-    let room = (room / u64::from(settings.n_levels)).max(1) as u32;
-    let whole = grid_for_bounds(min, max, resolution, n_faces, None)?;
-    let whole = VoxelGrid { capacity: whole.capacity.min(room), ..whole };
-    let size = UVec3::splat(settings.resolution);
-    let bricks = (size + BRICK - 1) / BRICK;
-    let capacity = (16 * size.x * size.y).min(size.element_product()).min(room);
-    let finer = (0..settings.n_levels - 1).map(|level| {
-        let cell = whole.cell * 0.5f32.powi((settings.n_levels - 1 - level) as i32);
-        let mut grid = VoxelGrid { origin: Vec3::ZERO, cell, size, n_faces, bricks, capacity };
-        let corner = corner_around(eye, &grid);
-        grid.origin = corner.as_vec3() * cell;
-        (grid, corner)
-    });
-    Ok(finer.chain([(whole, IVec3::ZERO)]).collect())
-}
-
-/// Where a level begins so that the eye is in its middle, in steps of a few cells.
-fn corner_around(eye: Vec3, grid: &VoxelGrid) -> IVec3 {
-    let middle = (eye / (grid.cell * SCROLL_STEP as f32)).round().as_ivec3() * SCROLL_STEP;
-    middle - (grid.size / 2).as_ivec3()
-}
 
 impl Technique for VoxelRt {
     type Error = VoxelRtError;

@@ -1,6 +1,7 @@
 //! What can be chosen about `voxel-rt`.
 
-use super::{MAX_LEVELS, VoxelRtError, WriteStrategy};
+use super::levels::MAX_LEVELS;
+use super::{VoxelRtError, WriteStrategy};
 
 /// How often light is reflected before it is counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,6 +57,19 @@ pub enum Lookup {
     SevenTap,
 }
 
+/// Nested grids: the coarsest holds the whole scene, the others stand around the camera, with cells half as large from one to
+/// the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Levels {
+    /// One, where the scene is not much larger than what stands around the camera when the technique is made (16 times the median
+    /// distance, [`GpuScene::surroundings`](crate::gpu_scene::GpuScene::surroundings)); else up to 4, the finest 8 times as
+    /// wide as that distance. The coarsest may then have cells more than twice as large as the next.
+    #[default]
+    Auto,
+    /// So many, 1 to 6.
+    Nested(u32),
+}
+
 /// Settings of `voxel-rt`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoxelRtSettings {
@@ -64,9 +78,8 @@ pub struct VoxelRtSettings {
     pub resolution: u32,
     /// A value for each of a voxel's six faces; else one a voxel.
     pub anisotropic: bool,
-    /// Nested grids, 1 to 6: the coarsest holds the whole scene, the others stand around the camera, with
-    /// cells half as large from one to the next.
-    pub n_levels: u32,
+    /// Nested grids.
+    pub levels: Levels,
     /// Surface points drawn on each face in each frame, at least 1. Each costs a short ray, and where
     /// that finds a surface a shadow ray and a bounce.
     pub points_per_face: u32,
@@ -88,7 +101,7 @@ impl Default for VoxelRtSettings {
         Self {
             resolution: 128,
             anisotropic: true,
-            n_levels: 1,
+            levels: Levels::Auto,
             points_per_face: 1,
             max_rays: 1024,
             direct: DirectLight::PerFace,
@@ -109,7 +122,9 @@ impl VoxelRtSettings {
             Err(VoxelRtError::Setting { name, value: value.to_string(), possible })
         };
         within("resolution", self.resolution, 1..=256, "1 to 256")?;
-        within("n_levels", self.n_levels, 1..=MAX_LEVELS, "1 to 6")?;
+        if let Levels::Nested(n) = self.levels {
+            within("levels", n, 1..=MAX_LEVELS, "1 to 6, or by the surroundings")?;
+        }
         within("points_per_face", self.points_per_face, 1..=256, "1 to 256")?;
         if let Bounces::UpTo(n) = self.bounces {
             within("bounces", n, 0..=64, "0 to 64, or without end")?;

@@ -13,7 +13,7 @@ use lucerna::voxel_cone::{
     ConeStepping, FaceWeights, PyramidStorage, Specular, VoxelCone, VoxelConeError,
     VoxelConeSettings,
 };
-use lucerna::voxel_rt::Bounces;
+use lucerna::voxel_rt::{Bounces, Levels};
 
 fn eye() -> Camera {
     camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4])
@@ -22,7 +22,8 @@ fn eye() -> Camera {
 #[test]
 fn the_same_input_gives_the_same_bytes() {
     let world = upload(&lit_room());
-    let settings = VoxelConeSettings { n_levels: 2, occludes_diffuse: true, ..cells(20) };
+    let settings =
+        VoxelConeSettings { levels: Levels::Nested(2), occludes_diffuse: true, ..cells(20) };
     let run = || session(&world, &eye(), settings).run(&world, 10);
     let (first, second) = (run(), run());
     assert!(bytemuck::cast_slice::<_, u8>(&first) == bytemuck::cast_slice::<_, u8>(&second));
@@ -373,7 +374,7 @@ fn settings_out_of_range_are_refused() {
     }
     for settings in [
         VoxelConeSettings { resolution: Resolution::Longest(257), ..base },
-        VoxelConeSettings { n_levels: 7, ..base },
+        VoxelConeSettings { levels: Levels::Nested(7), ..base },
         VoxelConeSettings { bounces: Bounces::UpTo(65), ..base },
         VoxelConeSettings { points_per_face: 0, ..base },
     ] {

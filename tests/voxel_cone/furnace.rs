@@ -9,7 +9,7 @@ use lucerna::reference::Channel;
 use lucerna::scene::{Material, Scene};
 use lucerna::voxel::Resolution;
 use lucerna::voxel_cone::{ConeStepping, PyramidStorage, VoxelConeSettings};
-use lucerna::voxel_rt::Bounces;
+use lucerna::voxel_rt::{Bounces, Levels};
 
 const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
 
@@ -86,7 +86,7 @@ fn furnace_in_buffers_converges() {
 
 #[test]
 fn furnace_of_three_levels_converges() {
-    converges(0.5, 32, VoxelConeSettings { n_levels: 3, ..cells(24) });
+    converges(0.5, 32, VoxelConeSettings { levels: Levels::Nested(3), ..cells(24) });
 }
 
 /// A box of cells that is no power of two along any axis.

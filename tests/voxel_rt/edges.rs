@@ -9,8 +9,8 @@ use glam::{Affine3A, UVec2, Vec3, Vec4};
 use lucerna::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::scene::{Light, Material, Scene};
 use lucerna::voxel_rt::{
-    Bounces, Change, DirectLight, Lookup, RaysInjected, VoxelRt, VoxelRtError, VoxelRtSettings,
-    WriteStrategy,
+    Bounces, Change, DirectLight, Levels, Lookup, RaysInjected, VoxelRt, VoxelRtError,
+    VoxelRtSettings, WriteStrategy,
 };
 
 fn small(resolution: u32) -> VoxelRtSettings {
@@ -164,8 +164,8 @@ fn settings_out_of_range_are_refused() {
     for settings in [
         VoxelRtSettings { resolution: 0, ..Default::default() },
         VoxelRtSettings { resolution: 257, ..Default::default() },
-        VoxelRtSettings { n_levels: 0, ..Default::default() },
-        VoxelRtSettings { n_levels: 7, ..Default::default() },
+        VoxelRtSettings { levels: Levels::Nested(0), ..Default::default() },
+        VoxelRtSettings { levels: Levels::Nested(7), ..Default::default() },
         VoxelRtSettings { points_per_face: 0, ..Default::default() },
         VoxelRtSettings { max_rays: 0, ..Default::default() },
         VoxelRtSettings { max_rays: 65537, ..Default::default() },

@@ -8,7 +8,7 @@ use glam::{Affine3A, DVec3, Vec3};
 use lucerna::reference::Channel;
 use lucerna::scene::{Instance, Material, Scene};
 use lucerna::voxel_rt::{
-    Bounces, Change, DirectLight, FaceLight, RaysInjected, VoxelRt, VoxelRtSettings,
+    Bounces, Change, DirectLight, FaceLight, Levels, RaysInjected, VoxelRt, VoxelRtSettings,
 };
 
 pub const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
@@ -82,7 +82,12 @@ fn furnace_of_injected_light_converges() {
     let rays = RaysInjected { n_rays: 128, ..Default::default() };
     let settings = VoxelRtSettings { direct: DirectLight::FromLights(rays), ..coarse() };
     converges(&furnace(0.5), 64, Reflections::All, settings);
-    converges(&furnace(0.5), 64, Reflections::All, VoxelRtSettings { n_levels: 2, ..settings });
+    converges(
+        &furnace(0.5),
+        64,
+        Reflections::All,
+        VoxelRtSettings { levels: Levels::Nested(2), ..settings },
+    );
 }
 
 #[test]
@@ -98,7 +103,7 @@ fn furnace_without_bounces_has_no_indirect_light() {
 /// With nested levels the light is the same everywhere: within and between them.
 #[test]
 fn furnace_of_three_levels_converges() {
-    let settings = VoxelRtSettings { n_levels: 3, ..coarse() };
+    let settings = VoxelRtSettings { levels: Levels::Nested(3), ..coarse() };
     converges(&furnace(0.5), 64, Reflections::All, settings);
 }
 
@@ -107,7 +112,7 @@ fn furnace_of_three_levels_converges() {
 #[test]
 fn levels_that_scroll_keep_what_they_know() {
     let world = upload(&furnace(0.5));
-    let settings = VoxelRtSettings { resolution: 32, n_levels: 3, ..coarse() };
+    let settings = VoxelRtSettings { resolution: 32, levels: Levels::Nested(3), ..coarse() };
     let mut session = Session::new(&world, &camera([0.15, 0.3, 0.15], [0.0, 0.25, 0.0]), settings);
     session.run(&world, 16);
     session.camera = camera([0.05, 0.3, 0.05], [0.0, 0.25, 0.0]);

@@ -92,7 +92,7 @@ impl ConeArguments {
         VoxelConeSettings {
             resolution: voxels.resolution(),
             anisotropic: voxels.is_anisotropic(),
-            n_levels: voxels.n_levels(),
+            levels: voxels.levels(),
             points_per_face: voxels.n_points(),
             bounces: bounces.map_or(Bounces::Unlimited, Bounces::UpTo),
             n_cones: self.cones,

@@ -6,8 +6,8 @@ use lucerna::blocking::read_buffer;
 use lucerna::gpu::Gpu;
 use lucerna::voxel::{MAX_SIZE, Resolution};
 use lucerna::voxel_rt::{
-    Bounces, CacheBuffers, DirectLight, Lookup, RaysInjected, RejectedSamples, VoxelRt,
-    VoxelRtSettings, WriteStrategy,
+    Bounces, CacheBuffers, DirectLight, Levels, Lookup, RaysInjected, RejectedSamples, VoxelReach,
+    VoxelRt, VoxelRtSettings, WriteStrategy,
 };
 
 /// What only the voxel techniques look at.
@@ -21,10 +21,11 @@ pub struct VoxelArguments {
     /// One value a voxel instead of one for each of its six faces.
     #[arg(long)]
     isotropic: bool,
-    /// Nested grids: the coarsest holds the whole scene, the others stand around the camera, with cells
-    /// half as large from one to the next.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=6))]
-    levels: u32,
+    /// Nested grids, 1 to 6: the coarsest holds the whole scene, the others stand around the camera, with cells
+    /// half as large from one to the next. `auto`: more than one where that alone would be too coarse for what
+    /// stands around the camera.
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = parse_levels)]
+    levels: Levels,
     /// Surface points drawn on each voxel's face in each frame.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
     points: u32,
@@ -86,6 +87,14 @@ fn parse_resolution(text: &str) -> Result<Resolution, String> {
     }
 }
 
+fn parse_levels(text: &str) -> Result<Levels, String> {
+    match (text, text.parse()) {
+        ("auto", _) => Ok(Levels::Auto),
+        (_, Ok(n @ 1..=6)) => Ok(Levels::Nested(n)),
+        _ => Err("expected `auto`, or a number from 1 to 6".into()),
+    }
+}
+
 impl VoxelArguments {
     /// Cells of the scene's grid.
     pub fn resolution(&self) -> Resolution {
@@ -98,7 +107,7 @@ impl VoxelArguments {
     }
 
     /// Nested grids.
-    pub fn n_levels(&self) -> u32 {
+    pub fn levels(&self) -> Levels {
         self.levels
     }
 
@@ -131,7 +140,7 @@ impl VoxelArguments {
         Ok(VoxelRtSettings {
             resolution,
             anisotropic: !self.isotropic,
-            n_levels: self.levels,
+            levels: self.levels,
             points_per_face: self.points,
             direct: match self.inject {
                 InjectArgument::Faces => DirectLight::PerFace,
@@ -147,6 +156,27 @@ impl VoxelArguments {
             seed,
             ..VoxelRtSettings::default()
         })
+    }
+}
+
+/// Says how the grids were laid out where that is not plain, and where they are too coarse.
+pub fn tell_reach(reach: &VoxelReach, n_levels: usize) {
+    let VoxelReach { finest_cell, coarsest_cell, surroundings, is_cut } = *reach;
+    if n_levels > 1 {
+        errln!(
+            "voxels: {n_levels} nested grids, cells of {finest_cell:.3} m to {coarsest_cell:.3} m"
+        );
+    }
+    if is_cut {
+        errln!(
+            "warning: what lies more than 64 times as far away as anything that the camera sees has no voxels, and gives no indirect light"
+        );
+    }
+    if let Some(around) = surroundings.filter(|_| reach.is_coarse()) {
+        errln!(
+            "warning: the finest voxels are {finest_cell:.3} m wide, and half of what stands around the camera is nearer than {:.3} m: indirect light will be wrong; use --levels auto, or more --voxels",
+            around.median
+        );
     }
 }
 
