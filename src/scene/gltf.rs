@@ -16,7 +16,7 @@ mod skin;
 use std::borrow::Cow;
 use std::path::Path;
 
-use glam::{Affine3A, DAffine3, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Vec3};
 use gltf::json::Root;
 
 use self::accessor::Data;
@@ -25,8 +25,9 @@ use self::nodes::{Placed, Worlds};
 use self::skin::Pose;
 use super::error::{ErrorKind, ResourceError, Warning, Warnings, short};
 use super::limits::{Budget, LoadLimits};
+use super::rebase::{Part, origin_of};
 use super::resource::Files;
-use super::{Instance, Loaded, MAX_COORDINATE, Scene};
+use super::{Instance, Light, Loaded, MAX_COORDINATE, Scene};
 
 /// What is known while a file is read.
 struct Loader<'a> {
@@ -40,6 +41,10 @@ struct Loader<'a> {
     n_placed: u64,
     warnings: Warnings,
     scene: Scene,
+    // In 64 bits and the file's world, of the scene's instances, cameras and lights.
+    instance_worlds: Vec<DAffine3>,
+    camera_places: Vec<DVec3>,
+    light_places: Vec<DVec3>,
     worlds: Worlds,
     /// Least and greatest corner of each of the scene's meshes.
     boxes: Vec<[Vec3; 2]>,
@@ -83,10 +88,14 @@ pub(super) fn load(
         poses: vec![None; root.skins.len()],
         warnings,
         scene: Scene::default(),
+        instance_worlds: Vec::new(),
+        camera_places: Vec::new(),
+        light_places: Vec::new(),
     };
     for placed in &placed {
         loader.node(placed)?;
     }
+    loader.rebase();
     if loader.scene.instances.is_empty() {
         loader.warnings.push(Warning::NoTriangles);
     }
@@ -212,8 +221,60 @@ impl Loader<'_> {
             self.n_triangles = self.n_triangles.saturating_add(n);
             self.check_triangles(self.n_triangles, at)?;
             self.scene.instances.push(Instance { mesh, world_from_object });
+            let whole =
+                if is_flat { DAffine3::from_translation(world.translation) } else { *world };
+            self.instance_worlds.push(whole);
         }
         Ok(())
+    }
+
+    /// Brings a scene that lies far away near its origin, in 64 bits; and meshes that stand far from their own origin to it.
+    fn rebase(&mut self) {
+        let middles: Vec<DVec3> =
+            self.boxes.iter().map(|&[min, max]| 0.5 * (min.as_dvec3() + max.as_dvec3())).collect();
+        let half_extent = |mesh: usize| {
+            let [min, max] = self.boxes[mesh];
+            0.5 * f64::from((max - min).max_element())
+        };
+        let parts: Vec<Part> = self
+            .scene
+            .instances
+            .iter()
+            .zip(&self.instance_worlds)
+            .map(|(instance, world)| Part {
+                center: world.transform_point3(middles[instance.mesh]),
+                half_extent: half_extent(instance.mesh) * largest_scale(world),
+                weight: self.scene.meshes[instance.mesh].triangles.len() as u64,
+            })
+            .collect();
+        let origin = origin_of(&parts);
+        // A mesh's own middle is a float, and so are the differences to it where it is far.
+        let alone =
+            |mesh: usize| Part { center: middles[mesh], half_extent: half_extent(mesh), weight: 1 };
+        let shifts: Vec<DVec3> = (0..middles.len()).map(|mesh| origin_of(&[alone(mesh)])).collect();
+        if origin == DVec3::ZERO && shifts.iter().all(|&shift| shift == DVec3::ZERO) {
+            return;
+        }
+        self.scene.origin = origin;
+        for (mesh, &shift) in self.scene.meshes.iter_mut().zip(&shifts) {
+            for position in &mut mesh.positions {
+                *position = (position.as_dvec3() - shift).as_vec3();
+            }
+        }
+        for (instance, world) in self.scene.instances.iter_mut().zip(&self.instance_worlds) {
+            let world = DAffine3::from_translation(-origin)
+                * *world
+                * DAffine3::from_translation(shifts[instance.mesh]);
+            instance.world_from_object = world.as_affine3a();
+        }
+        for (camera, place) in self.scene.cameras.iter_mut().zip(&self.camera_places) {
+            camera.position = (*place - origin).as_vec3();
+        }
+        for (light, place) in self.scene.lights.iter_mut().zip(&self.light_places) {
+            if let Light::Point { position, .. } | Light::Spot { position, .. } = light {
+                *position = (*place - origin).as_vec3();
+            }
+        }
     }
 
     fn check_triangles(&self, n: u64, at: &str) -> Result<(), ErrorKind> {
@@ -227,6 +288,12 @@ impl Loader<'_> {
             setting: "max_triangles",
         })
     }
+}
+
+/// The most by which a transform stretches an axis.
+fn largest_scale(world: &DAffine3) -> f64 {
+    let m = &world.matrix3;
+    m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length())
 }
 
 /// Whether a box (least and greatest corner) stays within [`MAX_COORDINATE`].

@@ -11,6 +11,7 @@ mod image;
 mod limits;
 mod load;
 mod obj;
+mod rebase;
 mod resource;
 mod validate;
 

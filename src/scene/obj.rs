@@ -63,7 +63,7 @@ pub(super) fn load(
     .map_err(ErrorKind::Obj)?;
     drop((checked.vertices, checked.faces));
 
-    let mut scene = Scene::default();
+    let mut scene = Scene { origin: declared.origin, ..Scene::default() };
     let mut maker = mtl::Maker::new(files, limits);
     let mut materials = vec![None; n_materials + 1];
     for (mesh, material) in merged(models, &mut lines, limits, &mut problems) {

@@ -10,6 +10,7 @@ use lucerna::scene::{
 /// A triangle with one of everything.
 fn valid() -> Scene {
     Scene {
+        origin: glam::DVec3::ZERO,
         meshes: vec![Mesh {
             name: "mesh".to_owned(),
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],

@@ -61,6 +61,7 @@ impl Loader<'_> {
         };
         let node = &root.nodes[placed.node];
         let name = node.name.as_deref().or(camera.name.as_deref());
+        self.camera_places.push(placed.world_from_object.translation);
         self.scene.cameras.push(Camera {
             name: name.map_or_else(|| format!("cameras[{ix}]"), short),
             position: placed.world_from_object.translation.as_vec3(),
@@ -122,6 +123,7 @@ impl Loader<'_> {
             }
             LightType::Directional => Light::Directional { direction, irradiance: strength },
         };
+        self.light_places.push(placed.world_from_object.translation);
         self.scene.lights.push(made);
         Ok(())
     }

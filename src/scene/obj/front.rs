@@ -9,9 +9,13 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write;
+use std::str::FromStr;
+
+use glam::DVec3;
 
 use crate::scene::error::{ErrorKind, LineProblem, Warning, Warnings, short};
 use crate::scene::limits::{Budget, LoadLimits};
+use crate::scene::rebase::Sample;
 
 /// Bytes that the parser and its result hold beside the text, generously: per line (a vertex, or
 /// what every line costs), per corner of a face (its indices, and a vertex of its own in a hash map,
@@ -26,6 +30,8 @@ pub(super) struct Declared {
     n_positions: usize,
     n_texcoords: usize,
     n_normals: usize,
+    /// Around which vertices are written: [`Scene::origin`](crate::scene::Scene::origin).
+    pub origin: DVec3,
     /// Names of material libraries, each once: some exporters repeat them for every object.
     pub libraries: Vec<String>,
 }
@@ -256,17 +262,22 @@ pub(super) fn keyword(line: &str) -> (&str, &str) {
 pub(super) fn declared(bytes: &[u8], limits: &LoadLimits) -> Result<Declared, ErrorKind> {
     let mut declared = Declared::default();
     let mut known = HashSet::new();
+    let mut sample = Sample::default();
     for line in lines(bytes, limits) {
         let line = line?;
         let (word, rest) = keyword(&line.text);
         match word {
-            "v" => declared.n_positions += 1,
+            "v" => {
+                declared.n_positions += 1;
+                sample.add(DVec3::from_array(vertex(rest, |_| ()).0));
+            }
             "vt" => declared.n_texcoords += 1,
             "vn" => declared.n_normals += 1,
             "mtllib" if known.insert(rest.to_owned()) => declared.libraries.push(rest.to_owned()),
             _ => {}
         }
     }
+    declared.origin = sample.origin();
     Ok(declared)
 }
 
@@ -301,7 +312,9 @@ pub(super) fn check(
             "v" => {
                 n_positions += 1;
                 let (position, color) = vertex(rest, |problem| problems.add(number, problem));
-                let [x, y, z] = position;
+                // In 64 bits, then rounded: a scene far away keeps its digits.
+                let [x, y, z] =
+                    (DVec3::from_array(position) - declared.origin).as_vec3().to_array();
                 let [r, g, b] = color;
                 writeln!(vertices, "v {x} {y} {z} {r} {g} {b}")
             }
@@ -433,7 +446,7 @@ fn words(rest: &str) -> impl Iterator<Item = &str> {
 }
 
 /// A number, and whether it was written with a decimal comma.
-pub(super) fn number(word: &str) -> Option<(f32, bool)> {
+pub(super) fn number<T: FromStr>(word: &str) -> Option<(T, bool)> {
     if let Ok(value) = word.parse() {
         return Some((value, false));
     }
@@ -447,7 +460,7 @@ pub(super) fn number(word: &str) -> Option<(f32, bool)> {
 
 /// Reads as many numbers as there are, up to the slice's length. Says what is wrong: fewer than
 /// `least`, one that is not readable (it becomes NaN), or else a decimal comma.
-fn numbers(rest: &str, out: &mut [f32], least: usize) -> Option<LineProblem> {
+fn numbers<T: FromStr + From<f32>>(rest: &str, out: &mut [T], least: usize) -> Option<LineProblem> {
     let mut n = 0;
     let (mut all_readable, mut has_comma) = (true, false);
     for (slot, word) in out.iter_mut().zip(words(rest)) {
@@ -457,7 +470,7 @@ fn numbers(rest: &str, out: &mut [f32], least: usize) -> Option<LineProblem> {
                 has_comma |= comma;
             }
             None => {
-                *slot = f32::NAN;
+                *slot = f32::NAN.into();
                 all_readable = false;
             }
         }
@@ -471,16 +484,16 @@ fn numbers(rest: &str, out: &mut [f32], least: usize) -> Option<LineProblem> {
 }
 
 /// Position and colour of a `v` line: `x y z`, `x y z w` (divided by w), `x y z r g b`.
-fn vertex(rest: &str, report: impl FnOnce(LineProblem)) -> ([f32; 3], [f32; 3]) {
-    const WHITE: [f32; 3] = [1.0; 3];
-    let mut v = [f32::NAN; 6];
+fn vertex(rest: &str, report: impl FnOnce(LineProblem)) -> ([f64; 3], [f64; 3]) {
+    const WHITE: [f64; 3] = [1.0; 3];
+    let mut v = [f64::NAN; 6];
     let n = words(rest).take(7).count();
     if let Some(problem) = numbers(rest, &mut v, 3) {
         report(problem);
     }
     let [x, y, z, a, b, c] = v;
     match n {
-        ..=2 => ([f32::NAN; 3], WHITE),
+        ..=2 => ([f64::NAN; 3], WHITE),
         4 => ([x / a, y / a, z / a], WHITE),
         6 => ([x, y, z], [a, b, c]),
         _ => ([x, y, z], WHITE),

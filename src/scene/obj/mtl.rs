@@ -252,7 +252,8 @@ fn number(rest: &str, has_comma: &mut bool) -> Option<f32> {
 }
 
 fn finite(word: &str, has_comma: &mut bool) -> Option<f32> {
-    let (value, comma) = front::number(word).filter(|(value, _)| value.is_finite())?;
+    let (value, comma) =
+        front::number(word).filter(|(value, _): &(f32, bool)| value.is_finite())?;
     *has_comma |= comma;
     Some(value)
 }
