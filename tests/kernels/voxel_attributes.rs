@@ -13,6 +13,10 @@ use lucerna::voxel::{
 };
 use std::collections::BTreeMap;
 
+/// What is tested is how colours are averaged: they are reflected as they are.
+const LAMBERT: GpuSceneOptions =
+    GpuSceneOptions { diffuse_only: true, rays: lucerna::gpu_scene::RaySource::Software };
+
 /// The triangle's part in a box, as a polygon: cut by half-spaces in f64.
 fn clipped(corners: [DVec3; 3], low: DVec3, high: DVec3) -> Vec<DVec3> {
     let mut polygon = corners.to_vec();
@@ -265,7 +269,7 @@ fn check(n_faces: u32) {
     let triangles: Vec<_> = random_triangles(800, 6.0, 41);
     let (min, max) = (Vec3::splat(-9.0), Vec3::splat(9.0));
     let grid = grid_for_bounds(min, max, Resolution::Longest(22), n_faces, Some(10_648)).unwrap();
-    let scene = GpuScene::new(gpu(), &scene_of(&triangles), GpuSceneOptions::default()).unwrap();
+    let scene = GpuScene::new(gpu(), &scene_of(&triangles), LAMBERT).unwrap();
     let expected = sums_in_f64(&grid, &triangles);
     let (cells, records) = attributes(&scene, grid, 128 << 20);
     let unit = 2f64.powi(-18);
@@ -330,11 +334,7 @@ fn voxel_records_do_not_depend_on_order() {
     let grid = grid_for_bounds(min, max, Resolution::Longest(30), 6, None).unwrap();
     let run = |triangles: &[[Vec3; 3]], scratch| {
         let scene = scene_of(triangles);
-        attributes(
-            &GpuScene::new(gpu(), &scene, GpuSceneOptions::default()).unwrap(),
-            grid,
-            scratch,
-        )
+        attributes(&GpuScene::new(gpu(), &scene, LAMBERT).unwrap(), grid, scratch)
     };
     let first = run(&triangles, 128 << 20);
     assert!(first.0.len() > 1000);
@@ -377,6 +377,24 @@ fn cells_of_a_metre(n_faces: u32) -> VoxelGrid {
     }
 }
 
+/// A face reflects what its material does of even light: a white dielectric as rough as can be 0.85 of it, not 1.
+#[test]
+fn faces_reflect_as_their_material_does() {
+    for (metallic, roughness) in [(0.0, 1.0), (0.0, 0.4), (1.0, 0.5)] {
+        let base = Vec3::new(1.0, 0.6, 0.1);
+        let material =
+            Material { base_color: base.extend(1.0), metallic, roughness, ..Material::default() };
+        let scene = quad(sheet(3.5), material);
+        let scene = GpuScene::new(gpu(), &scene, GpuSceneOptions::default()).unwrap();
+        let (_, records) = attributes(&scene, cells_of_a_metre(6), 128 << 20);
+        let expected = crate::bsdf::hemispherical_albedo(base, metallic, roughness);
+        for record in records.chunks_exact(6) {
+            let found = decode(record[2]).albedo;
+            assert!((found - expected).abs().max_element() <= 0.03, "{found} for {expected}");
+        }
+    }
+}
+
 /// A sheet of cloth shows both its sides, and shines out of the front alone or out of both.
 #[test]
 fn one_sheet_has_two_faces() {
@@ -388,7 +406,7 @@ fn one_sheet_has_two_faces() {
             ..Material::default()
         };
         let scene = quad(sheet(3.5), material);
-        let scene = GpuScene::new(gpu(), &scene, GpuSceneOptions::default()).unwrap();
+        let scene = GpuScene::new(gpu(), &scene, LAMBERT).unwrap();
         let (cells, records) = attributes(&scene, cells_of_a_metre(6), 128 << 20);
         for (slot, cell) in cells.iter().enumerate() {
             assert_eq!(cell.y, 4);
@@ -442,7 +460,7 @@ fn textures_are_averaged_over_a_voxel() {
             wrap_v: Wrap::Clamp,
             filter: Filter::Linear,
         }];
-        let scene = GpuScene::new(gpu(), &scene, GpuSceneOptions::default()).unwrap();
+        let scene = GpuScene::new(gpu(), &scene, LAMBERT).unwrap();
         let (cells, records) = attributes(&scene, cells_of_a_metre(6), 128 << 20);
         for (slot, cell) in cells.iter().enumerate() {
             let inside = (1..9).contains(&cell.x) && (1..9).contains(&cell.z);

@@ -50,3 +50,11 @@ fn directional_albedo(m: MetallicRoughness, cosine: f32) -> vec3<f32> {
     let specular = normal_reflectance(m) * terms.x + terms.y;
     return clamp(diffuse_albedo(m, cosine) + specular, vec3<f32>(0.0), vec3<f32>(1.0));
 }
+
+/// The share of even light from the hemisphere that leaves into all of it: ρ̄ = 2·∫ρ(μ)·μ dμ over the viewer's cosine μ in [0, 1], by
+/// Gauss and Jacobi's three nodes for the weight μ. What surfaces reflect that are seen from everywhere, voxels' faces.
+fn hemispherical_albedo(m: MetallicRoughness) -> vec3<f32> {
+    return 0.1396538 * directional_albedo(m, 0.2123405)
+        + 0.4584822 * directional_albedo(m, 0.5905331)
+        + 0.4018640 * directional_albedo(m, 0.9114120);
+}

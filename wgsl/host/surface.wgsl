@@ -5,6 +5,8 @@
 //! voxelizer `SurfaceOver`, `surface_over`.
 #define_import_path lucerna::host::surface
 
+#import lucerna::bsdf::directional_albedo::hemispherical_albedo
+#import lucerna::bsdf::metallic_roughness::metallic_roughness
 #import lucerna::geometry::barycentric::{interpolate_vec2, interpolate_vec3, interpolate_vec4}
 #import lucerna::frame::pixel_on_triangle::texture_level
 #import lucerna::geometry::ray_offset::interpolation_error
@@ -117,6 +119,17 @@ fn linear_at(triangle_ix: u32, slot: TextureSlot, weights: vec2<f32>, spread: ve
     return sample_linear_between(slot, uv, level_of(triangle_ix, slot, spread));
 }
 
+/// Metallic and perceptual roughness: factor × texture.
+fn metallic_and_roughness_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<f32>) -> vec2<f32> {
+    let material_ix = triangles[triangle_ix].material;
+    var gloss = vec2<f32>(materials[material_ix].metallic, materials[material_ix].roughness);
+    if materials[material_ix].metallic_roughness_texture.size.x != 0u {
+        let slot = materials[material_ix].metallic_roughness_texture;
+        gloss *= linear_at(triangle_ix, slot, weights, spread).bg;
+    }
+    return gloss;
+}
+
 /// Whether the material's alpha mask removes this point. `weights`: of the second and third corner.
 /// Always read at level 0: rasterised masks and those that rays meet are the same.
 fn is_cut_away(triangle_ix: u32, weights: vec2<f32>) -> bool {
@@ -176,14 +189,9 @@ fn filtered_surface_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<f32>) 
     surface.roughness = 1.0;
     surface.lambert = scene.diffuse_only != 0u;
     if !surface.lambert {
-        surface.metallic = materials[material_ix].metallic;
-        surface.roughness = materials[material_ix].roughness;
-        if materials[material_ix].metallic_roughness_texture.size.x != 0u {
-            let slot = materials[material_ix].metallic_roughness_texture;
-            let texel = linear_at(triangle_ix, slot, weights, spread);
-            surface.metallic *= texel.b;
-            surface.roughness *= texel.g;
-        }
+        let gloss = metallic_and_roughness_at(triangle_ix, weights, spread);
+        surface.metallic = gloss.x;
+        surface.roughness = gloss.y;
         if materials[material_ix].normal_texture.size.x != 0u {
             normal = mapped_normal(triangle_ix, weights, spread, normal);
         }
@@ -242,8 +250,8 @@ fn mapped_normal(
 
 /// What a patch of a triangle looks like from afar.
 struct SurfaceOver {
-    /// Linear, in [0, 1]; metals too reflect with it.
-    base_color: vec3<f32>,
+    /// What it reflects of even light into the whole hemisphere, linear, in [0, 1]: of Lambert its base colour.
+    albedo: vec3<f32>,
     /// The alpha mask removes the patch.
     is_cut_away: bool,
     /// Radiance out of the front face [W·sr⁻¹·m⁻²].
@@ -259,8 +267,13 @@ fn surface_over(triangle_ix: u32, weights: vec2<f32>, width: f32) -> SurfaceOver
     let material_ix = triangles[triangle_ix].material;
     let cutoff = materials[material_ix].alpha_cutoff;
     let color = base_color_at(triangle_ix, weights, spread);
+    var albedo = color.rgb;
+    if scene.diffuse_only == 0u {
+        let gloss = metallic_and_roughness_at(triangle_ix, weights, spread);
+        albedo = hemispherical_albedo(metallic_roughness(color.rgb, gloss.x, gloss.y));
+    }
     return SurfaceOver(
-        color.rgb,
+        albedo,
         cutoff >= 0.0 && color.a < cutoff,
         filtered_emission_at(triangle_ix, weights, spread),
         (materials[material_ix].flags & MATERIAL_DOUBLE_SIDED) != 0u,

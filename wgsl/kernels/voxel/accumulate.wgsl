@@ -59,7 +59,7 @@ fn add(record: u32, sum: u32, number: vec2<u32>) {
 /// Adds a surface to a face, with the normal of the side that it shows there.
 fn add_face(record: u32, weight: u32, surface: SurfaceOver, normal: vec3<f32>) {
     add(record, SUM_WEIGHT, vec2<u32>(weight, 0u));
-    let albedo = quantize_albedo(surface.base_color);
+    let albedo = quantize_albedo(surface.albedo);
     let steps = quantize_normal(normal);
     let emission = quantize_emission(surface.emission, range.brightest);
     for (var k = 0u; k < 3u; k++) {
