@@ -26,7 +26,7 @@ const MAX_AUTO_LEVELS: u32 = 4;
 const COARSE_CELLS: f32 = 4.0;
 /// What lies farther away than so many times the farthest thing that is to be seen is no part of the scene: a stray
 /// triangle does not make the cells large.
-const FARTHEST_TIMES: f32 = 64.0;
+const FARTHEST_TIMES: f32 = 1024.0;
 
 /// How fine and how wide the grids are.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,6 +6,8 @@ mod harness;
 #[allow(dead_code)]
 #[path = "../voxel_rt/leaks.rs"]
 mod leaks;
+#[path = "../voxel_rt/scales.rs"]
+mod scales;
 #[allow(dead_code)]
 #[path = "../voxel_rt/session.rs"]
 mod session;
@@ -24,7 +26,8 @@ use crate::session::Session;
 use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::Camera;
 use lucerna::voxel::Resolution;
-use lucerna::voxel_cone::{VoxelCone, VoxelConeSettings};
+use lucerna::voxel_cone::{PyramidStorage, VoxelCone, VoxelConeSettings};
+use lucerna::voxel_rt::Bounces;
 
 /// A session of the technique.
 fn session(world: &GpuScene, camera: &Camera, settings: VoxelConeSettings) -> Session<VoxelCone> {
@@ -35,4 +38,26 @@ fn session(world: &GpuScene, camera: &Camera, settings: VoxelConeSettings) -> Se
 /// So many cells along the longest side.
 fn cells(n: u32) -> VoxelConeSettings {
     VoxelConeSettings { resolution: Resolution::Longest(n), ..Default::default() }
+}
+
+#[test]
+fn light_scales() {
+    for storage in [PyramidStorage::Textures, PyramidStorage::Buffers] {
+        let settings = VoxelConeSettings { storage, ..cells(16) };
+        scales::indirect_scales_with_the_lights(&move |world, camera| {
+            session(world, camera, settings)
+        });
+    }
+}
+
+/// (With one bounce: coarse levels reflect too much of it in a room that has few of their cells, and all bounces take
+/// minutes on a CPU.)
+#[test]
+fn large_scenes() {
+    let settings = VoxelConeSettings { bounces: Bounces::UpTo(1), ..cells(48) };
+    scales::a_large_scene_does_not_darken_a_room(
+        &move |world, camera| session(world, camera, settings),
+        1,
+        0.25,
+    );
 }

@@ -12,4 +12,64 @@ mod edges;
 mod furnace;
 mod gather;
 mod leaks;
+mod scales;
 mod session;
+
+mod of_any_size {
+    use crate::scales::{a_large_scene_does_not_darken_a_room, indirect_scales_with_the_lights};
+    use crate::session::{Session, camera, lit_room, upload};
+    use lucerna::voxel_rt::{DirectLight, Levels, RaysInjected, VoxelRtSettings, WriteStrategy};
+
+    fn coarse() -> VoxelRtSettings {
+        VoxelRtSettings { resolution: 16, points_per_face: 2, ..Default::default() }
+    }
+
+    #[test]
+    fn light_scales() {
+        let injected = |strategy| {
+            let rays = RaysInjected { n_rays: 64, strategy };
+            VoxelRtSettings { direct: DirectLight::FromLights(rays), ..coarse() }
+        };
+        for settings in
+            [coarse(), injected(WriteStrategy::Exact), injected(WriteStrategy::MovingAverage)]
+        {
+            println!("{:?}", settings.direct);
+            indirect_scales_with_the_lights(&move |world, camera| {
+                Session::new(world, camera, settings)
+            });
+        }
+    }
+
+    #[test]
+    fn large_scenes() {
+        let settings = VoxelRtSettings { resolution: 24, points_per_face: 4, ..Default::default() };
+        a_large_scene_does_not_darken_a_room(
+            &move |world, camera| Session::new(world, camera, settings),
+            32,
+            0.1,
+        );
+    }
+
+    /// One level is not fine enough beside a large ground, and says so.
+    #[test]
+    fn coarse_cells_are_told() {
+        let mut world = lit_room();
+        let eye = camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4]);
+        let reach = |world: &_, levels| {
+            let settings = VoxelRtSettings { levels, resolution: 64, ..Default::default() };
+            let session = Session::new(&upload(world), &eye, settings);
+            (*session.technique.reach(), session.technique.n_levels())
+        };
+        let (alone, n) = reach(&world, Levels::Auto);
+        assert!(n == 1 && !alone.is_coarse() && !alone.is_cut, "{alone:?}");
+        world.meshes.push(crate::support::floor(1000.0, -0.01, 0));
+        let world_from_object = glam::Affine3A::IDENTITY;
+        world
+            .instances
+            .push(lucerna::scene::Instance { mesh: world.meshes.len() - 1, world_from_object });
+        let (one, _) = reach(&world, Levels::Nested(1));
+        assert!(one.is_coarse() && one.finest_cell > 30.0, "{one:?}");
+        let (auto, n) = reach(&world, Levels::Auto);
+        assert!(!auto.is_coarse() && n == 4 && auto.coarsest_cell == one.finest_cell, "{auto:?}");
+    }
+}

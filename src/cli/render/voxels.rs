@@ -169,7 +169,7 @@ pub fn tell_reach(reach: &VoxelReach, n_levels: usize) {
     }
     if is_cut {
         errln!(
-            "warning: what lies more than 64 times as far away as anything that the camera sees has no voxels, and gives no indirect light"
+            "warning: what lies more than 1024 times as far away as anything that the camera sees has no voxels, and gives no indirect light"
         );
     }
     if let Some(around) = surroundings.filter(|_| reach.is_coarse()) {
