@@ -32,7 +32,11 @@ pub fn compare(arguments: &CompareArguments) -> CommandResult {
         outln!("{}", serde_json::to_string_pretty(&result.to_json())?)?;
         return Ok(());
     }
-    let triple = |v: [f64; 3]| format!("{:.6} {:.6} {:.6}", v[0], v[1], v[2]);
+    // Six places, or six digits of what has none in six places.
+    let number = |v: f64| {
+        if v != 0.0 && v.abs() < 1e-3 { format!("{v:.6e}") } else { format!("{v:.6}") }
+    };
+    let triple = |v: [f64; 3]| v.map(number).join(" ");
     outln!("size                 {} x {}", result.width, result.height)?;
     outln!("mean of test         {}", triple(result.mean_test))?;
     outln!("mean of reference    {}", triple(result.mean_reference))?;

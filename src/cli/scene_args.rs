@@ -353,8 +353,8 @@ impl FromStr for LightSpec {
             range => range,
         };
         let kind = fields.0.get("kind").map_or("point", String::as_str);
-        let position =
-            if kind == "directional" { DVec3::ZERO } else { fields.point("position")? };
+        let has_place = matches!(kind, "point" | "spot");
+        let position = if has_place { fields.point("position")? } else { DVec3::ZERO };
         let light = match kind {
             "point" => Light::Point { position: Vec3::ZERO, intensity, range },
             "spot" => {

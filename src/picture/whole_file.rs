@@ -57,11 +57,16 @@ pub fn check_whole_file(path: &Path) -> io::Result<()> {
     let path = follow_links(path)?;
     // The name itself may be too long or hold what the system does not take; asking about it tells.
     match std::fs::symlink_metadata(&path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        Err(error) if !is_absence(&error) => return Err(error),
         _ => {}
     }
     // Only trying tells: permissions, read-only disks and special folders differ by system.
     Temporary::create(&path).map(|_| ())
+}
+
+/// Whether nothing stands there, or what its folder would be is no folder.
+fn is_absence(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
 
 /// A temporary file, removed when it goes out of scope unless it is `done`.

@@ -1,6 +1,6 @@
 //! Help, and command lines that are wrong: exit code 2, the flag by name, and what is right.
 
-use crate::support::{cornell, empty_folder, fixture, names_in, path, run};
+use crate::support::{cornell, empty_folder, fixture, has_adapter, names_in, path, run};
 
 const COMMANDS: [&str; 7] =
     ["render", "reference", "compare", "kernels", "export", "bench", "doctor"];
@@ -88,7 +88,7 @@ fn wrong_values_are_refused_with_the_flag_and_what_is_right() {
         ("--camera", &["eye=0,0,0"], &["target"]),
         ("--camera", &["eye=0,0 target=0,0,1"], &["three numbers"]),
         ("--camera", &["eye=0,0,0 target=0,0,0"], &["same point"]),
-        ("--camera", &["eye=0,0,0 target=0,0,1 fov=180"], &["between 0 and 180"]),
+        ("--camera", &["eye=0,0,0 target=0,0,1 fov=180"], &["between 0.001 and 179"]),
         ("--camera", &["eye=0,0,0 target=0,0,1 roll=3"], &["unknown key `roll`", "fov"]),
         ("--sky", &["1,2", "1", "1,2,3,4"], &["three numbers"]),
         ("--sky", &["1,-1,1"], &["cannot be negative"]),
@@ -211,4 +211,73 @@ fn places_that_take_no_file_are_refused_before_rendering() {
         .exits(1)
         .says(&["it is a folder"]);
     assert_eq!(names_in(&folder), ["folder.exr", "plain_file"]);
+}
+
+/// A name as long as the system takes is written; one that is longer is refused before the scene is read.
+#[test]
+fn long_names_are_written_or_refused_at_once() {
+    let folder = empty_folder("long_names");
+    let file = |n: usize| folder.join(format!("{}.json", "x".repeat(n - 5)));
+    let (longest, too_long) = (file(255), file(256));
+    run(&[
+        "reference",
+        "no_such.gltf",
+        "-o",
+        path(&folder.join("a.exr")),
+        "--timings",
+        path(&longest),
+    ])
+    .exits(1)
+    .says(&["no_such.gltf"]);
+    run(&[
+        "reference",
+        "no_such.gltf",
+        "-o",
+        path(&folder.join("a.exr")),
+        "--timings",
+        path(&too_long),
+    ])
+    .exits(1)
+    .gives_nothing()
+    .says(&["cannot write"]);
+    assert_eq!(names_in(&folder), [""; 0]);
+    if has_adapter() {
+        let picture = folder.join(format!("{}.exr", "x".repeat(251)));
+        run(&["reference", &cornell(), "-o", path(&picture), "--size", "4x4", "--spp", "1"])
+            .exits(0);
+        assert_eq!(names_in(&folder).len(), 1);
+    }
+}
+
+/// An output that is a link: the file that it leads to is written, and the link stays.
+#[cfg(unix)]
+#[test]
+fn links_are_written_through() {
+    use std::os::unix::fs::symlink;
+    let folder = empty_folder("links");
+    let (link, target, circle) =
+        (folder.join("link.exr"), folder.join("target.exr"), folder.join("circle.exr"));
+    symlink("target.exr", &link).unwrap();
+    symlink("circle.exr", &circle).unwrap();
+    run(&["reference", &cornell(), "-o", path(&circle)]).exits(1).says(&["circle"]);
+    if has_adapter() {
+        run(&["reference", &cornell(), "-o", path(&link), "--size", "4x4", "--spp", "1"]).exits(0);
+        assert!(link.is_symlink() && !target.is_symlink() && target.is_file());
+    }
+}
+
+/// Cameras and lights that 32-bit floats cannot place.
+#[test]
+fn places_out_of_range_are_refused() {
+    let camera =
+        |spec: &str| run(&["reference", "a.gltf", "-o", "a.png", "--camera", spec]).exits(2);
+    camera("eye=1e30,0,0 target=0,0,0").gives_nothing().says(&["beyond 1e9 m"]);
+    camera("eye=0,0,0 target=0,-1e12,0").says(&["target", "beyond 1e9 m"]);
+    camera("eye=1,2,3 target=1,2,3.0000000000001").says(&["the same point"]);
+    camera("eye=0,0,0 target=0,0,1e-30").says(&["the same point"]);
+    camera("eye=0,0,0 target=0,0,-1 fov=1e-30").says(&["fov"]);
+    camera("eye=0,0,0 target=0,0,-1 fov=179.9999999").says(&["fov"]);
+    run(&["reference", "a.gltf", "-o", "a.png", "--light", "position=1e30,0,0"])
+        .exits(2)
+        .says(&["beyond 1e9 m"]);
 }

@@ -3,6 +3,7 @@
 
 mod builder;
 mod cases;
+mod far;
 mod flat;
 mod gltf;
 mod images;

@@ -46,8 +46,9 @@ const MIN_STEP: f32 = 0.5;
 /// Filtering spreads a wall one cell to both sides; so many cells before its middle, half of what it hides is hidden: of its
 /// depth of 3.25 (`cone::medium`), (1 − 0.35)²/2 lies in front, and e^(−3.25 · 0.21) = 0.5.
 const HALF_OF_WALL: f32 = 0.35;
-/// No cone takes more steps: half a cell each along the diagonal of 256³ cells is 887.
-const MAX_STEPS: u32 = 1024u;
+/// No cone takes more steps: half a cell each along the diagonal of 256³ cells is 887, of 6 levels 5322. (A bound for what is not
+/// finite; none that is meets it.)
+const MAX_STEPS: u32 = 5400u;
 
 /// The point on the axis at distance `t` [m].
 fn cone_point(cone: Cone, t: f32) -> vec3<f32> {
