@@ -8,6 +8,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
+use unicode_normalization::UnicodeNormalization;
+
 use super::error::{ResourceError, Warning, Warnings, short};
 use super::limits::Budget;
 
@@ -193,36 +195,10 @@ fn list(folder: &Path) -> Vec<(String, OsString)> {
     names
 }
 
-/// Lower case, accents apart from their letters: names with the same form may be meant alike. macOS
-/// takes accents apart (NFD), other systems store names as given. Latin letters with one accent are
-/// known.
+/// Lower case, accents apart from their letters (NFD): names with the same form may be meant alike. macOS takes accents apart,
+/// other systems store names as given.
 fn folded(name: &str) -> String {
-    const ACCENTS: [(char, &str, &str); 12] = [
-        ('\u{300}', "àèìòùǹ", "aeioun"),
-        ('\u{301}', "áéíóúýćńśźĺŕ", "aeiouycnszlr"),
-        ('\u{302}', "âêîôûŵŷĉĝĥĵŝ", "aeiouwycghjs"),
-        ('\u{303}', "ãñõĩũ", "anoiu"),
-        ('\u{304}', "āēīōū", "aeiou"),
-        ('\u{306}', "ăĕğĭŏŭ", "aegiou"),
-        ('\u{307}', "ċėġż", "cegz"),
-        ('\u{308}', "äëïöüÿ", "aeiouy"),
-        ('\u{30a}', "åů", "au"),
-        ('\u{30b}', "őű", "ou"),
-        ('\u{30c}', "čďěňřšťžǎǔ", "cdenrstzau"),
-        ('\u{327}', "çşţģķļņ", "cstgkln"),
-    ];
-    let mut out = String::with_capacity(name.len());
-    for c in name.chars().flat_map(char::to_lowercase) {
-        let apart = ACCENTS.iter().find_map(|(accent, whole, letters)| {
-            let ix = whole.chars().position(|w| w == c)?;
-            Some((letters.chars().nth(ix)?, *accent))
-        });
-        match apart {
-            Some((letter, accent)) => out.extend([letter, accent]),
-            None => out.push(c),
-        }
-    }
-    out
+    name.nfd().flat_map(char::to_lowercase).collect()
 }
 
 fn read_data(data: &str, budget: &mut Budget) -> Result<Vec<u8>, ResourceError> {

@@ -18,7 +18,7 @@ const SCROLL_STEP: i32 = 8;
 /// How wide the finest grid is where [`Levels::Auto`] makes several, in median distances: about as of a church or an atrium around
 /// who stands in it.
 const WANTED_WIDTH: f32 = 8.0;
-/// A grid that is no wider than so many median distances is fine enough alone.
+/// Of a scene that is no wider than so many median distances one grid is fine enough.
 const ENOUGH_WIDTH: f32 = 16.0;
 /// Levels that are made at most where nobody says how many.
 const MAX_AUTO_LEVELS: u32 = 4;
@@ -75,7 +75,7 @@ pub(super) fn grids(
     let wanted = WANTED_WIDTH * median / n_cells;
     let (n_levels, finest) = match settings.levels {
         Levels::Nested(n) => (n, whole.cell * 0.5f32.powi(n as i32 - 1)),
-        Levels::Auto if whole.cell * n_cells <= ENOUGH_WIDTH * median => (1, whole.cell),
+        Levels::Auto if (max - min).max_element() <= ENOUGH_WIDTH * median => (1, whole.cell),
         Levels::Auto => {
             // Halves of the whole scene's cells as long as these get there; else the jump to the whole scene is larger.
             let halvings = (whole.cell / wanted).log2().ceil().max(1.0) as u32;
