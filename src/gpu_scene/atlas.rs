@@ -17,13 +17,11 @@ pub enum Encoding {
     Linear,
 }
 
-/// The array texture, read in two ways, and where each image lies.
+/// The array texture, and where each image lies.
 #[derive(Debug)]
 pub struct Atlas {
-    /// Texels decoded from sRGB.
-    pub srgb: wgpu::TextureView,
-    /// Texels as stored.
-    pub linear: wgpu::TextureView,
+    /// Texels as stored; kernels decode sRGB.
+    pub texels: wgpu::TextureView,
     /// On the GPU.
     pub bytes: u64,
     places: BTreeMap<(usize, Encoding), Place>,
@@ -120,7 +118,7 @@ impl Atlas {
             dimension: wgpu::TextureDimension::D2,
             format: wgpu::TextureFormat::Rgba8Unorm,
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[wgpu::TextureFormat::Rgba8UnormSrgb],
+            view_formats: &[],
         });
         for (key, block) in &blocks {
             let place = places[key];
@@ -128,16 +126,12 @@ impl Atlas {
                 write(gpu, &texture, place.layer, place.origin + offset, mip);
             }
         }
-        let view = |format| {
-            texture.create_view(&wgpu::TextureViewDescriptor {
-                format: Some(format),
-                dimension: Some(wgpu::TextureViewDimension::D2Array),
-                ..Default::default()
-            })
-        };
+        let texels = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        });
         Ok(Self {
-            srgb: view(wgpu::TextureFormat::Rgba8UnormSrgb),
-            linear: view(wgpu::TextureFormat::Rgba8Unorm),
+            texels,
             bytes: 4 * u64::from(side) * u64::from(side) * u64::from(n_layers),
             places,
         })

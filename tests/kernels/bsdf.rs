@@ -444,7 +444,8 @@ fn metallic_roughness_samples_follow_their_pdf() {
                 assert_eq!(*weight, Vec4::ZERO);
                 continue;
             }
-            let tolerance = 2.0 * lobe_tolerance(m.alpha, wo, wi);
+            // (GPUs divide to 2.5 ulp, where CPUs do to ½.)
+            let tolerance = 5.0 * lobe_tolerance(m.alpha, wo, wi);
             let expected = m.pdf(exact_wo, d);
             assert!(
                 (pdf / expected - 1.0).abs() < tolerance,

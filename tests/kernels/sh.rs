@@ -162,8 +162,9 @@ where
         for (ix, (l, m)) in bands(N).into_iter().enumerate() {
             let expected = y(l, m, vector(*input));
             let error = (f64::from(output[ix]) - expected).abs() / band_max(l);
+            // 8 roundings a band where each operation is rounded (1e-6); GPUs fuse and divide to 2.5 ulp, and double it.
             assert!(
-                error < 1e-6,
+                error < 2e-6,
                 "{name}: Y({l}, {m}) of {input:?} is {}, expected {expected}",
                 output[ix]
             );
@@ -900,9 +901,14 @@ fn windows_follow_their_formulas() {
             0.0
         };
         let laplacian = 1.0 / (1.0 + w * l * l * (l + 1.0) * (l + 1.0));
-        for (value, expected) in output.iter().zip([hann, lanczos, laplacian]) {
+        // Sines and cosines of GPUs are right to 2⁻²¹ in [−π, π] (NVIDIA's documented error; WGSL allows 2⁻¹¹).
+        let trigonometric = 2f64.powi(-21);
+        let of_lanczos = if l == 0.0 { 0.0 } else { trigonometric / x };
+        let tolerances = [trigonometric, of_lanczos, 0.0].map(|more| 2e-6 + more);
+        let values = output.iter().zip([hann, lanczos, laplacian]).zip(tolerances);
+        for ((value, expected), tolerance) in values {
             assert!(
-                (f64::from(*value) - expected).abs() < 2e-6,
+                (f64::from(*value) - expected).abs() < tolerance,
                 "{input:?}: {output:?}, expected {expected}"
             );
         }

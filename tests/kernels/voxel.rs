@@ -361,7 +361,9 @@ fn deposits_are_averaged_since_the_light_changed() {
                 "{input:?} {out:?}"
             );
         }
-        assert_eq!((out.depth, out.rejected, out.kept), (0.2, 1, out.direct[0]));
+        // The depth is kept in steps of 1/255, and unpacked by a division: to 2.5 ulp on GPUs.
+        assert!((out.depth - 0.2).abs() <= 3.0 * f32::EPSILON * 0.2, "{}", out.depth);
+        assert_eq!((out.rejected, out.kept), (1, out.direct[0]));
     }
 }
 

@@ -165,9 +165,8 @@ struct Light {
 @group(0) @binding(2) var<storage, read> triangle_shading: array<TriangleShading>;
 @group(0) @binding(3) var<storage, read> materials: array<Material>;
 @group(0) @binding(4) var<storage, read> lights: array<Light>;
-/// Every material texture with its mips; the same texels read as sRGB and as linear numbers.
-@group(0) @binding(5) var atlas_srgb: texture_2d_array<f32>;
-@group(0) @binding(6) var atlas_linear: texture_2d_array<f32>;
+/// Every material texture with its mips; texels as stored.
+@group(0) @binding(5) var atlas: texture_2d_array<f32>;
 /// Equirectangular radiance.
 @group(0) @binding(7) var sky_image: texture_2d<f32>;
 /// Cumulative distribution over the sky's texels: column 0 over the rows, then within each row.
