@@ -444,8 +444,8 @@ fn metallic_roughness_samples_follow_their_pdf() {
                 assert_eq!(*weight, Vec4::ZERO);
                 continue;
             }
-            // (GPUs divide to 2.5 ulp, where CPUs do to ½.)
-            let tolerance = 5.0 * lobe_tolerance(m.alpha, wo, wi);
+            // (GPUs divide to 2.5 ulp and normalise to 2, where CPUs do to ½: each of the steps is up to 8 times as wrong.)
+            let tolerance = 16.0 * lobe_tolerance(m.alpha, wo, wi);
             let expected = m.pdf(exact_wo, d);
             assert!(
                 (pdf / expected - 1.0).abs() < tolerance,

@@ -592,8 +592,11 @@ fn heuristics_match_f64() {
         }
         // Powers of ratios below 1e-19 underflow to 0.
         let close = |a: f64, b: f64| (a - b).abs() <= 4e-7 * b + 1e-37;
-        assert!(close(balance, p / (p + q)), "{input:?}: {output:?}");
-        assert!((balance + other_balance - 1.0).abs() < 4e-7);
+        // GPUs need not divide by more than 2¹²⁶.
+        if p + q < 2f64.powi(126) {
+            assert!(close(balance, p / (p + q)), "{input:?}: {output:?}");
+            assert!((balance + other_balance - 1.0).abs() < 4e-7);
+        }
         assert!(close(power, p * p / (p * p + q * q)), "{input:?}: {output:?}");
         assert!((power + other_power - 1.0).abs() < 6e-7);
     }

@@ -5,18 +5,11 @@
 #define_import_path lucerna::sampling::mis
 
 /// Balance heuristic (eq. 14): the weight of a sample drawn with density `pdf` where the other
-/// strategy would have had `other_pdf`. Both ≥ 0 in the same measure, up to f32's maximum; 0 if
+/// strategy would have had `other_pdf`. Both ≥ 0 in the same measure, their sum up to 2¹²⁶ (GPUs need not divide by more); 0 if
 /// both are 0.
 fn balance_heuristic(pdf: f32, other_pdf: f32) -> f32 {
-    let shares = shares_of_largest(pdf, other_pdf);
-    return select(0.0, shares.x / (shares.x + shares.y), max(pdf, other_pdf) > 0.0);
-}
-
-/// Both divided by the larger one. (GPUs need not divide by more than 2¹²⁶.)
-fn shares_of_largest(pdf: f32, other_pdf: f32) -> vec2<f32> {
-    let largest = max(pdf, other_pdf);
-    let scale = select(1.0, 0x1p-64f, largest > 1e18);
-    return vec2<f32>(pdf, other_pdf) * scale / (largest * scale);
+    let sum = pdf + other_pdf;
+    return select(0.0, pdf / sum, sum > 0.0);
 }
 
 /// Power heuristic with exponent 2 (eq. 15). Densities up to f32's maximum do not overflow.
@@ -25,7 +18,9 @@ fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
     if !(largest > 0.0) {
         return 0.0;
     }
-    let shares = shares_of_largest(pdf, other_pdf);
+    // (GPUs need not divide by more than 2¹²⁶.)
+    let scale = select(1.0, 0x1p-64f, largest > 1e18);
+    let shares = vec2<f32>(pdf, other_pdf) * scale / (largest * scale);
     let squares = shares * shares;
     return squares.x / (squares.x + squares.y);
 }
