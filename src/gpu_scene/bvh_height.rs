@@ -9,14 +9,14 @@ use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 
-/// Centres that are equal to so many bits of the scene's extent count as one.
+/// Centres that agree in this many bits of the scene's extent count as one.
 const CENTER_BITS: u32 = 20;
-/// So many boxes with one centre are left to the builder.
+/// Up to this many boxes with one centre are left to the builder.
 const SMALL_GROUP: usize = 16;
 
 /// Where boxes are large beside the scene, each holds many others, and builders that look for near neighbours take a step for each
-/// pair: so many times the scene's own area, all boxes together, of more boxes than this are split by number alone. (Triangles of
-/// surfaces come to a few times; any tree over such boxes is bad.)
+/// pair. More than `NESTED_BOXES` boxes whose areas add up to more than `NESTED_AREA` times the scene's are split by number alone.
+/// (The triangles of surfaces add up to a few times the scene's area. Any tree over nested boxes is bad.)
 const NESTED_AREA: f32 = 64.0;
 const NESTED_BOXES: usize = 4096;
 

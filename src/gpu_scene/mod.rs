@@ -291,7 +291,7 @@ impl GpuScene {
         (self.info.bounds_min, self.info.bounds_max)
     }
 
-    /// How far away what stands around a point is; None where nothing is to be seen from there. (About 2 ms on a CPU.)
+    /// How far away what stands around a point is; None where nothing can be seen from there. (About 2 ms on a CPU.)
     pub fn surroundings(&self, point: Vec3) -> Option<Surroundings> {
         self.cpu_rays.around(point)
     }

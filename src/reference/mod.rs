@@ -56,8 +56,8 @@ pub struct Work {
 /// Paths that a dispatch has left under way, for the next one.
 ///
 /// Mesa's llvmpipe ends loops early once an invocation has taken 65 535 iterations of them. The kernel notices, and stops
-/// before. A dispatch on such a driver is done when [`PathCounts::n_unfinished`] is 0; until then the same [`Work`] is to be
-/// recorded again with `continues`. Other drivers finish every dispatch at once.
+/// before. A dispatch on such a driver is done when [`PathCounts::n_unfinished`] is 0; until then record the same [`Work`]
+/// again with `continues`. Other drivers finish every dispatch at once.
 #[derive(Debug)]
 pub struct UnfinishedPaths {
     paths: wgpu::Buffer,

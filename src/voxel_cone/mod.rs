@@ -88,7 +88,7 @@ pub struct VoxelCone {
 impl VoxelCone {
     /// Makes the buffers and compiles the kernels, for scenes of the same variant and bounds.
     ///
-    /// `eye` \[m\]: where the camera stands. The levels are laid out for what is to be seen from there.
+    /// `eye` \[m\]: where the camera stands. The levels are laid out for what can be seen from there.
     ///
     /// # Errors
     /// [`VoxelConeError`]: a setting is out of range, or a buffer or texture is larger than the device takes.

@@ -1,4 +1,4 @@
-//! Which grids there are: as fine as what stands around the camera asks for, as wide as what is to be seen.
+//! Which grids there are: as fine as the camera's surroundings ask for, as wide as what can be seen.
 
 use super::{Levels, VoxelRtError, VoxelRtSettings};
 use crate::bindings::baseline::lucerna::voxel::levels::{VoxelLevel, VoxelLevels};
@@ -18,14 +18,14 @@ const SCROLL_STEP: i32 = 8;
 /// How wide the finest grid is where [`Levels::Auto`] makes several, in median distances: about as of a church or an atrium around
 /// who stands in it.
 const WANTED_WIDTH: f32 = 8.0;
-/// Of a scene that is no wider than so many median distances one grid is fine enough.
+/// One grid is fine enough for a scene that is no wider than this many median distances.
 const ENOUGH_WIDTH: f32 = 16.0;
 /// Levels that are made at most where nobody says how many.
 const MAX_AUTO_LEVELS: u32 = 4;
 /// Fewer cells to the median distance are worth a warning.
 const COARSE_CELLS: f32 = 4.0;
-/// What lies farther away than so many times the farthest thing that is to be seen is no part of the scene: a stray
-/// triangle does not make the cells large.
+/// What lies farther away than this many times the farthest visible thing gets no voxels: a stray triangle does not make
+/// the cells large.
 const FARTHEST_TIMES: f32 = 1024.0;
 
 /// How fine and how wide the grids are.
@@ -35,7 +35,7 @@ pub struct VoxelReach {
     pub finest_cell: f32,
     /// Edge of the coarsest cells \[m\].
     pub coarsest_cell: f32,
-    /// What stood around the eye; None where nothing was to be seen from there.
+    /// What stood around the eye; None if nothing could be seen from there.
     pub surroundings: Option<Surroundings>,
     /// The scene's box reaches beyond the coarsest grid, for what lies there is too far off: it has no voxels.
     pub is_cut: bool,

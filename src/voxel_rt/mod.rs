@@ -132,7 +132,7 @@ struct Level {
 impl VoxelRt {
     /// Makes the buffers and compiles the kernels, for scenes of the same variant and bounds.
     ///
-    /// `eye` \[m\]: where the camera stands. The levels are laid out for what is to be seen from there.
+    /// `eye` \[m\]: where the camera stands. The levels are laid out for what can be seen from there.
     ///
     /// # Errors
     /// [`VoxelRtError`]: a setting is out of range, or a buffer is larger than the device binds.
