@@ -15,7 +15,7 @@ pub struct ViewSettings {
     pub n_accumulated: u32,
     /// Stream of random numbers.
     pub seed: u32,
-    /// Distance of the near plane \[m\], above 0; nothing in front of it is seen. None: 1 cm, or 10⁻⁴ of the scene's
+    /// Distance of the near plane \[m\], above 0; nothing in front of it is seen. None: 10 µm, or 10⁻⁴ of the scene's
     /// diagonal where that is less. (Depths are as exact with any: they are reversed, and found from the pixel's ray.)
     pub near: Option<f32>,
     /// The first surface is a white Lambertian: π·(direct + indirect) is its irradiance.
@@ -139,7 +139,7 @@ fn jitter(ix: u32) -> Vec2 {
 
 /// The near plane's distance where none is asked for \[m\].
 fn near_of(scene: &GpuScene) -> f32 {
-    const NEAR: f32 = 0.01;
+    const NEAR: f32 = 1e-5;
     const SHARE: f32 = 1e-4;
     let (min, max) = scene.bounds();
     let share = SHARE * (max - min).length();

@@ -78,7 +78,7 @@ fn nearest(
         let u = s.dot(direction.cross(f)) / det;
         let v = direction.dot(s.cross(e)) / det;
         let t = f.dot(s.cross(e)) / det;
-        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.01;
+        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 1e-5;
         if inside && best.as_ref().is_none_or(|best| t < best.t) {
             let weights = DVec2::new(u, v);
             if is_there(triangle, weights) {

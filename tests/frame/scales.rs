@@ -67,6 +67,29 @@ fn a_scene_of_any_size_is_seen() {
     }
 }
 
+/// A plate of 1 mm, 3 mm before the camera, over a ground of 1 km: both are seen, at their depths.
+#[test]
+fn what_is_close_is_seen_in_a_large_scene() {
+    let meshes = vec![
+        plate([-1000.0, 1000.0], 0.0, [-1000.0, 1000.0], 0),
+        plate([-5e-4, 5e-4], 0.497, [-5e-4, 5e-4], 1),
+    ];
+    let world = diffuse(&scene(meshes, vec![lambert([0.25; 3]), lambert([0.75; 3])]));
+    let camera = Camera {
+        position: Vec3::new(0.0, 0.5, 0.0),
+        projection: Projection::Perspective { vertical_fov: 1.0 },
+        ..look_down(1.0, 1.0)
+    };
+    let found = render(&world, &camera, UVec2::splat(8), accumulated(1, 0), 1);
+    let (depth, albedo) = (found.channel(Channel::Depth), found.channel(Channel::Albedo));
+    // The plate covers the inner third of the picture: tan(½) · 3 mm is 1.64 mm.
+    let (inner, corner) = (3 * 8 + 3, 0);
+    // 0.5 − 0.497 has 17 bits in f32.
+    assert!((depth[inner].x / 0.003 - 1.0).abs() < 2e-5, "{}", depth[inner]);
+    assert!((depth[corner].x / 0.5 - 1.0).abs() < 1e-6, "{}", depth[corner]);
+    assert!((albedo[inner].x - 0.75).abs() < 0.005 && (albedo[corner].x - 0.25).abs() < 0.005);
+}
+
 /// k times the light is k times the picture: emitted and direct, within a part in a thousand.
 #[test]
 fn pictures_scale_with_the_lights() {

@@ -21,7 +21,7 @@ pub struct RealtimeArguments {
     /// Rays to emissive surfaces and the sky, per pixel and frame (not for the reference).
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=1024))]
     light_samples: u32,
-    /// Distance in front of the camera from which surfaces are seen [m] (not for the reference). [default: 0.01, or
+    /// Distance in front of the camera from which surfaces are seen [m] (not for the reference). [default: 1e-5, or
     /// 1e-4 of the scene's diagonal if that is less]
     #[arg(long, value_name = "M", value_parser = parse_near)]
     near: Option<f32>,
