@@ -36,6 +36,7 @@ impl BouncePass {
                 structure: buffers.structure.as_entire_buffer_binding(),
                 records: attributes[level].records().as_entire_buffer_binding(),
                 lights: buffers.lights.as_entire_buffer_binding(),
+                faults: buffers.faults.as_entire_buffer_binding(),
             });
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(label),

@@ -69,6 +69,14 @@ struct FaceSamples {
     n_rejected: u32,
 }
 
+/// Faces whose light is not what was asked for, summed over all frames.
+struct FaceFaults {
+    /// With samples that were not finite.
+    n_rejected: atomic<u32>,
+    /// With samples or cones missing, for the driver ended loops early (`math::loops`).
+    n_cut: atomic<u32>,
+}
+
 /// Whether the newest frame's samples were not all finite.
 fn has_rejected(light: FaceLight) -> bool {
     return (light.state & REJECTED_BIT) != 0u;

@@ -161,7 +161,7 @@ pub fn render<T: Technique>(
     let left_out: u64 = sums.iter().map(|pixel| u64::from(pixel.n_rejected)).sum();
     if left_out + u64::from(stats.n_rejected) > 0 {
         errln!(
-            "warning: light was not finite: {} times direct light was replaced by 0, {left_out} times a pixel of a frame was left out",
+            "warning: light was not finite, or its cones took more steps than the driver lets a loop take: {} times direct light was replaced by 0, {left_out} times a pixel of a frame was left out",
             stats.n_rejected
         );
     }

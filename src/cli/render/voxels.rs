@@ -197,7 +197,7 @@ pub fn warn_of_buffers(gpu: &Gpu, buffers: &CacheBuffers) -> CommandResult {
     let (n_rejected, n_cut) = (word(&faults, 0), word(&faults, 1));
     if n_cut > 0 {
         errln!(
-            "warning: light of voxels had to do with fewer samples than asked for ({n_cut} times): this driver ends loops after 65535 iterations; use fewer --points or --bounces"
+            "warning: light of voxels had to do with fewer samples than asked for ({n_cut} times): this driver ends loops after 65535 iterations; use fewer --points, --bounces or --bounce-cones"
         );
     }
     if n_rejected > 0 {

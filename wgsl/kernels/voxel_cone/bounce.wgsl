@@ -13,11 +13,12 @@
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::float::all_finite
+#import lucerna::math::loops::loops_run
 #import lucerna::sampling::pcg::pcg
 #import lucerna::voxel::attributes::{decode_face, record_is_valid}
 #import lucerna::voxel::grid::{face_normal, unpack_cell, world_from_grid}
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
-#import lucerna::voxel_rt::cache::{FaceLight, hit_depth}
+#import lucerna::voxel_rt::cache::{FaceFaults, FaceLight, hit_depth}
 
 const WORKGROUP: u32 = 64u;
 
@@ -39,6 +40,7 @@ struct BounceInfo {
 /// Of the level alone, slot · n_faces + face: `voxel::attributes`.
 @group(1) @binding(4) var<storage, read> records: array<vec4<u32>>;
 @group(1) @binding(5) var<storage, read_write> lights: array<FaceLight>;
+@group(1) @binding(6) var<storage, read_write> faults: FaceFaults;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -76,7 +78,10 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         FLOAT_MAX,
         0.0,
     );
-    if all_finite(found.irradiance) {
+    // (No index of a level has the top bit.) What was cut short is left as it was.
+    if !loops_run(info.level >> 31u) {
+        atomicAdd(&faults.n_cut, 1u);
+    } else if all_finite(found.irradiance) {
         lights[level.first_record + record].indirect = found.irradiance;
         lights[level.first_record + record].feedback = found.irradiance;
     }

@@ -7,7 +7,7 @@
 
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::voxel::levels::{VoxelLevels, slot_word}
-#import lucerna::voxel_rt::cache::{FaceLight, has_cut, has_rejected}
+#import lucerna::voxel_rt::cache::{FaceFaults, FaceLight, has_cut, has_rejected}
 #import lucerna::voxel_rt::walls::{open_part, walls_of_axis}
 
 const WORKGROUP: u32 = 64u;
@@ -18,14 +18,6 @@ struct WallsInfo {
     reserved_a: u32,
     reserved_b: u32,
     reserved_c: u32,
-}
-
-/// Faces, summed over all frames.
-struct FaceFaults {
-    /// With samples that were not finite.
-    n_rejected: atomic<u32>,
-    /// With samples missing, for the driver ended loops early.
-    n_cut: atomic<u32>,
 }
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
