@@ -1,6 +1,6 @@
 //! `wgsl/bsdf`.
 
-use crate::harness::{Random, map};
+use crate::harness::{Random, gpu, map};
 use crate::sampling::{unit_corners, unit_inputs};
 use crate::statistics::{Chart, assert_chi_square};
 use glam::{DVec3, Vec3, Vec4};
@@ -433,6 +433,7 @@ fn metallic_roughness_samples_follow_their_pdf() {
         let inputs: Vec<Input> =
             corners.iter().copied().chain(unit_inputs(N, 32)).map(at).collect();
         let outputs = sample(&inputs);
+        let is_cpu = gpu().device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         let m = inputs[0].material();
         let exact_wo = wo.as_dvec3();
         let what = format!("{m:?} at {theta}");
@@ -444,7 +445,9 @@ fn metallic_roughness_samples_follow_their_pdf() {
                 assert_eq!(*weight, Vec4::ZERO);
                 continue;
             }
-            let tolerance = 2.0 * lobe_tolerance(m.alpha, wo, wi);
+            // GPUs divide to 2.5 ulp and normalise to 2, where CPUs do to ½: each step may be 8 times as wrong.
+            let steps = if is_cpu { 2.0 } else { 16.0 };
+            let tolerance = steps * lobe_tolerance(m.alpha, wo, wi);
             let expected = m.pdf(exact_wo, d);
             // Far out, at 10⁻¹¹ of the lobe's peak, sin² + cos² = 1 is needed to more digits than GPUs have (1e-6).
             let tail = 1e-11 / (PI * m.alpha * m.alpha);
