@@ -42,6 +42,25 @@ fn an_emitter_smaller_than_a_pixel_counts_by_what_it_covers() {
     }
 }
 
+/// Already of 32 frames a strip along any side of the pixel has its part of the samples, to one: frames are stratified in rows and
+/// columns. (Of the R2 sequence's first 32 points none lies in the lowest 8 % of the pixel.)
+#[test]
+fn few_frames_see_a_strip_along_any_side() {
+    let parts = [
+        ([0.01, 0.99], [0.91, 0.99]),
+        ([0.01, 0.99], [0.01, 0.09]),
+        ([0.91, 0.99], [0.01, 0.99]),
+        ([0.01, 0.09], [0.01, 0.99]),
+    ];
+    for (x, z) in parts {
+        let world = diffuse(&scene(vec![plate(x, 0.0, z, 0)], vec![emitter([1.0; 3])]));
+        let found = render(&world, &look_down(1.0, 2.0), UVec2::splat(4), accumulated(32, 0), 1);
+        let seen = 32.0 * found.channel(Channel::Emitted)[2 * 4 + 2].x;
+        let expected = 32.0 * (x[1] - x[0]) * (z[1] - z[0]);
+        assert!((seen - expected).abs() <= 1.1, "{x:?} {z:?}: {seen} of 32 for {expected}");
+    }
+}
+
 /// Scenes of all sizes are seen whole, from as near as their size: depths and direct light go with the scale.
 #[test]
 fn a_scene_of_any_size_is_seen() {
