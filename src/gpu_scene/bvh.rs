@@ -3,8 +3,7 @@
 use super::bvh_height::{around, groups_of_one_center, limit_height};
 use crate::bindings::host::rays::BvhNode;
 use crate::gpu::Gpu;
-use glam::Vec3A;
-use glam::{UVec4, Vec3};
+use glam::{UVec4, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;

@@ -219,27 +219,12 @@ fn long_names_are_written_or_refused_at_once() {
     let folder = empty_folder("long_names");
     let file = |n: usize| folder.join(format!("{}.json", "x".repeat(n - 5)));
     let (longest, too_long) = (file(255), file(256));
-    run(&[
-        "reference",
-        "no_such.gltf",
-        "-o",
-        path(&folder.join("a.exr")),
-        "--timings",
-        path(&longest),
-    ])
-    .exits(1)
-    .says(&["no_such.gltf"]);
-    run(&[
-        "reference",
-        "no_such.gltf",
-        "-o",
-        path(&folder.join("a.exr")),
-        "--timings",
-        path(&too_long),
-    ])
-    .exits(1)
-    .gives_nothing()
-    .says(&["cannot write"]);
+    let picture = folder.join("a.exr");
+    let with_timings = |file| {
+        run(&["reference", "no_such.gltf", "-o", path(&picture), "--timings", path(file)]).exits(1)
+    };
+    with_timings(&longest).says(&["no_such.gltf"]);
+    with_timings(&too_long).gives_nothing().says(&["cannot write"]);
     assert_eq!(names_in(&folder), [""; 0]);
     if has_adapter() {
         let picture = folder.join(format!("{}.exr", "x".repeat(251)));

@@ -156,9 +156,6 @@ pub fn render_cut(
             if counts.n_unfinished == 0 {
                 break;
             }
-            if std::env::var_os("LUCERNA_TEST_SAY_CONTINUED").is_some() {
-                eprintln!("continued: {} pixels of {work:?}", counts.n_unfinished);
-            }
             work.continues = true;
         }
     }
