@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Checks every shader under `wgsl/`, generates the host bindings, and embeds the modules.
 //!
 //! All problems are reported together, with file, line and column; any problem fails the build.
@@ -7,8 +8,11 @@
 #[path = "src/shader/mod.rs"]
 mod shader;
 
-use shader::{CheckedKernel, CheckedTree, OVERLAYS, VARIANTS, Variant};
-use std::collections::BTreeSet;
+use shader::{
+    AXES, Access, Binding, BindingKind, CheckedKernel, CheckedTree, Dimension, RAY_QUERY, Stage,
+    Texels, Variant,
+};
+use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -26,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let wgsl = root.join("wgsl");
 
     // Relative names read better in messages; cargo runs build scripts in the package's folder.
-    let tree = match shader::check_tree(Path::new("wgsl"), VARIANTS) {
+    let tree = match shader::check_tree(Path::new("wgsl"), AXES) {
         Ok(tree) => tree,
         Err(problems) => {
             for problem in &problems {
@@ -36,53 +40,66 @@ fn main() -> Result<(), Box<dyn Error>> {
             process::exit(1);
         }
     };
-    for variant in VARIANTS {
-        let staged = stage(&tree, &wgsl, &out, variant)?;
-        generate_bindings(&tree, &staged, &out, variant)?;
-    }
+    let staged = stage(&tree, &wgsl, &out)?;
+    generate_bindings(&tree, &staged, &out)?;
     fs::write(out.join("modules.rs"), modules_table(&tree, &root)?)?;
     fs::write(out.join("kernels.rs"), kernels_table(&tree, &root, &out)?)?;
     Ok(())
 }
 
-/// Copies the tree with a variant's files in their places, for wgsl_bindgen reads only files.
+/// Structs that the host writes and no kernel of the baseline binds, with their modules.
+const HOST_STRUCTS: &[(&str, &str)] =
+    &[("scene::data", "Material"), ("fields::shadow_maps", "ShadowMaps")];
+/// The staged kernel that binds them.
+const HOST_STRUCTS_KERNEL: &str = "host_structs";
+
+/// Copies the tree, for wgsl_bindgen reads only files, with a kernel that binds [`HOST_STRUCTS`].
 ///
-/// It also refuses bind groups with a gap, and a kernel that asks nothing of the host seam has no
-/// group 0: such gaps get a binding that nobody uses, in the copy alone. The pipeline's layout then
-/// has `None` at that place.
-fn stage(
-    tree: &CheckedTree,
-    wgsl: &Path,
-    out: &Path,
-    variant: &Variant,
-) -> Result<PathBuf, Box<dyn Error>> {
-    let staged = out.join(format!("staged{}", suffix(variant.name)));
+/// It also refuses bind groups with a gap, and a kernel that asks nothing of the scene seam has no
+/// group 0: such gaps get a binding that nobody uses, in the copy alone.
+fn stage(tree: &CheckedTree, wgsl: &Path, out: &Path) -> Result<PathBuf, Box<dyn Error>> {
+    let staged = out.join("staged");
     if staged.exists() {
         fs::remove_dir_all(&staged)?;
     }
     copy_tree(wgsl, &staged)?;
-    let overlay = wgsl.join(OVERLAYS).join(variant.name);
-    if !variant.name.is_empty() && overlay.exists() {
-        copy_tree(&overlay, &staged)?;
-    }
-    for kernel in tree.kernels.iter().filter(|kernel| kernel.variant == variant.name) {
-        let globals = kernel.module.global_variables.iter();
-        let groups: BTreeSet<u32> =
-            globals.filter_map(|(_, global)| Some(global.binding?.group)).collect();
-        let Some(&last) = groups.last() else { continue };
-        let gaps: String = (0..last)
+    let filled = |groups: BTreeSet<u32>| -> String {
+        let last = groups.last().copied().unwrap_or(0);
+        (0..last)
             .filter(|group| !groups.contains(group))
             .map(|group| {
                 format!("\n@group({group}) @binding(0) var<uniform> no_group_{group}x: u32;\n")
             })
-            .collect();
+            .collect()
+    };
+    for kernel in baseline(tree) {
+        let gaps = filled(kernel.interface().bindings.iter().map(|of| of.group).collect());
         if !gaps.is_empty() {
             let file = staged.join(shader::KERNELS).join(format!("{}.wgsl", kernel.name));
             let text = fs::read_to_string(&file)?;
             fs::write(&file, text + &gaps)?;
         }
     }
+    let mut text = String::new();
+    for (module, name) in HOST_STRUCTS {
+        writeln!(text, "#import {}::{module}::{name}", shader::ROOT)?;
+    }
+    for (binding, (_, name)) in HOST_STRUCTS.iter().enumerate() {
+        writeln!(text, "@group(1) @binding({binding}) var<uniform> of_{binding}x: {name};")?;
+    }
+    text.push_str("@compute @workgroup_size(1) fn main() {\n");
+    for binding in 0..HOST_STRUCTS.len() {
+        writeln!(text, "    var copy_{binding}x = of_{binding}x;")?;
+    }
+    text.push_str("}\n@group(0) @binding(0) var<uniform> no_group_0x: u32;\n");
+    let file = staged.join(shader::KERNELS).join(format!("{HOST_STRUCTS_KERNEL}.wgsl"));
+    fs::write(file, text)?;
     Ok(staged)
+}
+
+/// Kernels as the tree stands.
+fn baseline(tree: &CheckedTree) -> impl Iterator<Item = &CheckedKernel> {
+    tree.kernels.iter().filter(|kernel| kernel.variant == Variant::BASELINE)
 }
 
 fn copy_tree(from: &Path, to: &Path) -> Result<(), Box<dyn Error>> {
@@ -103,57 +120,40 @@ fn generate_bindings(
     tree: &CheckedTree,
     tree_dir: &Path,
     out: &Path,
-    variant: &Variant,
 ) -> Result<(), Box<dyn Error>> {
-    // naga writes no ray queries as WGSL, so those kernels are composed at run time, and only
-    // their layouts are taken from here.
-    let source_type = if writable(variant) {
-        WgslShaderSourceType::EmbedSource
-    } else {
-        WgslShaderSourceType::ComposerWithRelativePath
-    };
     let mut options = WgslBindgenOptionBuilder::default();
     options
         .workspace_root(tree_dir)
         .module_import_root(shader::ROOT)
         .serialization_strategy(WgslTypeSerializeStrategy::Bytemuck)
         .type_map(GlamWgslTypeMap)
-        .shader_source_type(source_type)
-        .ir_capabilities(variant.capabilities)
-        // Kernels fetch texels of 32-bit floats; baseline WebGPU does not filter those.
-        .override_texture_filterability(vec![
-            (r".*sky_(image|distribution)", false).into(),
-            (r".*direct", false).into(),
-        ])
+        // The texts are in the table of kernels.
+        .shader_source_type(WgslShaderSourceType::ComposerWithRelativePath)
+        .ir_capabilities(shader::BASELINE)
         .emit_rerun_if_change(false)
         .skip_hash_check(true)
-        .output(out.join(format!("bindings{}.rs", suffix(variant.name))));
-    for kernel in tree.kernels.iter().filter(|kernel| kernel.variant == variant.name) {
-        let file = tree_dir.join(shader::KERNELS).join(format!("{}.wgsl", kernel.name));
+        .output(out.join("bindings.rs"));
+    let names = baseline(tree).map(|kernel| kernel.name.as_str());
+    for name in names.chain([HOST_STRUCTS_KERNEL]) {
+        let file = tree_dir.join(shader::KERNELS).join(format!("{name}.wgsl"));
         options.add_entry_point(file.to_string_lossy());
     }
     options.build()?.generate()?;
     Ok(())
 }
 
-/// Whether naga can write the variant's kernels as WGSL.
-fn writable(variant: &Variant) -> bool {
-    !variant.capabilities.contains(naga::valid::Capabilities::RAY_QUERY)
-}
-
-fn suffix(variant: &str) -> String {
-    if variant.is_empty() { String::new() } else { format!("_{variant}") }
-}
-
 /// `&[Module]` of all modules that can be imported, the overlays' too.
 fn modules_table(tree: &CheckedTree, root: &Path) -> Result<String, Box<dyn Error>> {
     let mut text = String::from("&[\n");
-    let baseline = tree.library.iter().map(|source| ("", source));
-    let overlays = tree.overlays.iter().map(|(variant, source)| (variant.as_str(), source));
-    for (variant, source) in baseline.chain(overlays) {
+    let modules = tree.library.iter().map(|source| (None, source));
+    let overlays = tree
+        .overlays
+        .iter()
+        .map(|of| (Some((AXES[of.axis].name, AXES[of.axis].values[of.value].name)), &of.source));
+    for (overlay, source) in modules.chain(overlays) {
         writeln!(
             text,
-            "    Module {{ import_path: {:?}, variant: {variant:?}, file: {:?}, source: include_str!({:?}), imports: &{:?} }},",
+            "    Module {{ import_path: {:?}, overlay: {overlay:?}, file: {:?}, source: include_str!({:?}), imports: &{:?} }},",
             source.import_path,
             source.file,
             root.join(&source.file),
@@ -164,113 +164,95 @@ fn modules_table(tree: &CheckedTree, root: &Path) -> Result<String, Box<dyn Erro
     Ok(text)
 }
 
-/// `&[Kernel]` of all kernels in all variants, with their composed WGSL.
+/// `&[Kernel]` of all kernels in all combinations of the axes that they meet, with their composed WGSL.
 fn kernels_table(tree: &CheckedTree, root: &Path, out: &Path) -> Result<String, Box<dyn Error>> {
     let mut text = String::from("&[\n");
+    let mut files: BTreeMap<String, PathBuf> = BTreeMap::new();
+    let folder = out.join("composed");
+    fs::create_dir_all(&folder)?;
     for kernel in &tree.kernels {
         let composed = match composed_wgsl(kernel)? {
             Some(wgsl) => {
-                let name = format!("{}.wgsl", kernel.name);
-                let file = out.join("composed").join(kernel.variant).join(name);
-                fs::create_dir_all(file.parent().ok_or("no parent")?)?;
-                fs::write(&file, wgsl)?;
+                let n = files.len();
+                let file =
+                    files.entry(wgsl.clone()).or_insert_with(|| folder.join(format!("{n}.wgsl")));
+                fs::write(&*file, wgsl)?;
                 format!("Some(include_str!({file:?}))")
             }
             None => String::from("None"),
         };
-        let r = &kernel.resources;
         writeln!(
             text,
-            "    Kernel {{ name: {:?}, variant: {:?}, file: {:?}, source: include_str!({:?}), composed: {}, imports: &{:?},",
+            "    Kernel {{ name: {:?}, variant: variant_of({:?}), axes: &{:?}, file: {:?}, source: include_str!({:?}), composed: {composed}, imports: &{:?}, resources: {:?},",
             kernel.name,
-            kernel.variant,
+            kernel.variant.to_bytes(),
+            kernel.axes.iter().map(|&axis| AXES[axis].name).collect::<Vec<_>>(),
             kernel.source.file,
             root.join(&kernel.source.file),
-            composed,
             kernel.source.imports(),
+            kernel.resources(),
         )?;
-        writeln!(
-            text,
-            "        resources: Resources {{ storage_buffers: {}, seam_storage_buffers: {}, storage_textures: {}, sampled_textures: {}, samplers: {}, uniform_buffers: {}, workgroup_invocations: {}, workgroup_bytes: {}, texture_atomics: {} }},",
-            r.storage_buffers,
-            r.seam_storage_buffers,
-            r.storage_textures,
-            r.sampled_textures,
-            r.samplers,
-            r.uniform_buffers,
-            r.workgroup_invocations,
-            r.workgroup_bytes,
-            r.texture_atomics,
-        )?;
-        text.push_str("        entry_points: &[");
-        for entry in &kernel.module.entry_points {
+        text.push_str("        interface: Interface { entry_points: Cow::Borrowed(&[");
+        for entry in kernel.interface().entry_points.iter() {
+            let stage = match entry.stage {
+                Stage::Vertex => "Vertex",
+                Stage::Fragment => "Fragment",
+                Stage::Compute => "Compute",
+            };
             write!(
                 text,
-                "EntryPoint {{ name: {:?}, stage: {:?}, workgroup_size: {:?} }}, ",
-                entry.name,
-                format!("{:?}", entry.stage).to_lowercase(),
-                entry.workgroup_size,
+                "EntryPoint {{ name: Cow::Borrowed({:?}), stage: Stage::{stage}, workgroup_size: {:?} }}, ",
+                entry.name, entry.workgroup_size,
             )?;
         }
-        text.push_str("],\n        bindings: &[\n");
-        for binding in bindings_of(&kernel.module) {
-            writeln!(text, "            {binding},")?;
+        text.push_str("]), bindings: Cow::Borrowed(&[\n");
+        for Binding { group, binding, name, kind } in kernel.interface().bindings.iter() {
+            let kind = in_rust(kind);
+            writeln!(
+                text,
+                "            Binding {{ group: {group}, binding: {binding}, name: Cow::Borrowed({name:?}), kind: {kind} }},"
+            )?;
         }
-        text.push_str("        ] },\n");
+        text.push_str("        ]) } },\n");
     }
     text.push_str("]\n");
     Ok(text)
 }
 
-fn bindings_of(module: &naga::Module) -> Vec<String> {
-    let mut rows: Vec<_> = module
-        .global_variables
-        .iter()
-        .filter_map(|(_, variable)| {
-            let binding = variable.binding?;
-            // Composed names carry the module in an encoded suffix.
-            let name = variable.name.as_deref().unwrap_or_default();
-            let name = name.split("X_naga_oil").next().unwrap_or_default();
-            let kind = match variable.space {
-                naga::AddressSpace::Uniform => "uniform buffer",
-                naga::AddressSpace::Storage { access }
-                    if access.contains(naga::StorageAccess::STORE) =>
-                {
-                    "storage buffer, read and write"
-                }
-                naga::AddressSpace::Storage { .. } => "storage buffer, read",
-                _ => match module.types[variable.ty].inner {
-                    naga::TypeInner::Sampler { .. } => "sampler",
-                    naga::TypeInner::AccelerationStructure { .. } => "acceleration structure",
-                    naga::TypeInner::Image { class: naga::ImageClass::Storage { .. }, .. } => {
-                        "storage texture"
-                    }
-                    _ => "texture",
-                },
+/// A kind of binding as Rust writes it.
+fn in_rust(kind: &BindingKind) -> String {
+    let of_dimension = |dimension: &Dimension| format!("Dimension::{dimension:?}");
+    match kind {
+        BindingKind::Texture { dimension, texels } => {
+            let texels = match texels {
+                Texels::Float { filtered } => format!("Texels::Float {{ filtered: {filtered} }}"),
+                other => format!("Texels::{other:?}"),
             };
-            Some((
-                binding.group,
-                binding.binding,
-                format!(
-                    "Binding {{ group: {}, binding: {}, name: {name:?}, kind: {kind:?} }}",
-                    binding.group, binding.binding
-                ),
-            ))
-        })
-        .collect();
-    rows.sort();
-    rows.into_iter().map(|(_, _, row)| row).collect()
+            format!(
+                "BindingKind::Texture {{ dimension: {}, texels: {texels} }}",
+                of_dimension(dimension)
+            )
+        }
+        BindingKind::StorageTexture { dimension, format, access } => {
+            let access = match access {
+                Access::Read => "Read",
+                Access::Write => "Write",
+                Access::ReadWrite => "ReadWrite",
+            };
+            format!(
+                "BindingKind::StorageTexture {{ dimension: {}, format: {format:?}, access: Access::{access} }}",
+                of_dimension(dimension)
+            )
+        }
+        plain => format!("BindingKind::{plain:?}"),
+    }
 }
 
+/// None where naga does not write the kernel: ray queries.
 fn composed_wgsl(kernel: &CheckedKernel) -> Result<Option<String>, Box<dyn Error>> {
-    if !shader::variant(kernel.variant).is_some_and(writable) {
+    if kernel.variant.has(RAY_QUERY) {
         return Ok(None);
     }
-    let mut validator = naga::valid::Validator::new(
-        naga::valid::ValidationFlags::all(),
-        naga::valid::Capabilities::all(),
-    );
-    let info = validator.validate(&kernel.module)?;
     let flags = naga::back::wgsl::WriterFlags::empty();
-    Ok(Some(naga::back::wgsl::write_string(&kernel.module, &info, flags)?))
+    Ok(Some(naga::back::wgsl::write_string(&kernel.composed.module, &kernel.composed.info, flags)?))
 }

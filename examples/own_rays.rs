@@ -1,4 +1,4 @@
-//! A renderer's own scene behind the host seam: lucerna's kernel `rays/any_hit`, unchanged, asks
+//! A renderer's own scene behind the scene seam: lucerna's kernel `rays/any_hit`, unchanged, asks
 //! rays of one sphere in a uniform buffer instead of lucerna's BVH.
 //!
 //! `cargo run --example own_rays`
@@ -9,10 +9,10 @@ use lucerna::shader::{BASELINE, Source};
 use std::borrow::Cow;
 use wgpu::util::DeviceExt;
 
-/// What stands in the place of `wgsl/host/rays.wgsl`: the same import path, and of its interface as
+/// What stands in the place of `wgsl/scene/rays.wgsl`: the same import path, and of its interface as
 /// much as the kernel imports. Group 0 is the renderer's.
 const OWN_RAYS: &str = "
-#define_import_path lucerna::host::rays
+#define_import_path lucerna::scene::rays
 
 struct Ray {
     origin: vec3<f32>,
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Compose: all of lucerna's modules, one of them replaced, and a kernel of lucerna's.
     let mut library = lucerna::library();
     library.insert(Source {
-        import_path: "lucerna::host::rays".into(),
+        import_path: "lucerna::scene::rays".into(),
         file: "own_rays.wgsl".into(),
         text: OWN_RAYS.into(),
     });

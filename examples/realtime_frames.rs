@@ -9,9 +9,10 @@ use lucerna::frame::{DirectSettings, Frame, FramePasses, View, ViewSettings};
 use lucerna::gpu::AdapterChoice;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::picture::PngOptions;
-use lucerna::reference::{Channel, resolve};
 use lucerna::scene::{LoadLimits, Scene};
-use lucerna::voxel_rt::{VoxelRt, VoxelRtSettings};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, resolve};
+use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
 use std::path::{Path, PathBuf};
 
 const N_FRAMES: u32 = 48;
@@ -27,11 +28,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = GpuScene::new(&gpu, &loaded, GpuSceneOptions::default())?;
 
     let size = UVec2::new(128, 128);
-    let settings = VoxelRtSettings { resolution: 32, ..Default::default() };
+    let settings = settings!(VoxelRtSettings { resolution: 32, ..Default::default() });
     let mut technique = VoxelRt::new(&gpu, &scene, settings, camera.position)?;
     let mut passes = FramePasses::new(&gpu, &scene, size, DirectSettings::default())?;
     let mut view = View::new(&gpu, size);
-    let view_settings = ViewSettings { n_accumulated: N_FRAMES / 2, ..ViewSettings::default() };
+    let view_settings =
+        settings!(ViewSettings { n_accumulated: N_FRAMES / 2, ..ViewSettings::default() });
     for frame_ix in 0..N_FRAMES {
         if frame_ix == N_FRAMES / 2 {
             // From here on the picture is kept. (Where a light moves, `technique.changed` is to be told.)

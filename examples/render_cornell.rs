@@ -8,8 +8,9 @@ use lucerna::blocking::{open, render_reference};
 use lucerna::gpu::AdapterChoice;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::picture::PngOptions;
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::scene::{LoadLimits, Scene};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -26,13 +27,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = GpuScene::new(&gpu, &loaded.scene, GpuSceneOptions::default())?;
 
     let size = UVec2::new(128, 128);
-    let settings = ReferenceSettings {
+    let settings = settings!(ReferenceSettings {
         size,
         n_bounces: 8,
         seed: 0,
         irradiance: false,
         occlusion_distance: 0.0,
-    };
+    });
     let (sums, stats) = render_reference(&gpu, &scene, camera, &settings, 16, |_| true)?;
     let picture = resolve(&sums, size, Channel::Beauty);
 

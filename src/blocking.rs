@@ -1,12 +1,14 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! For programs and tests: functions that wait for the GPU. Nothing else in the library does.
 
-use crate::frame::{DirectSettings, Frame, FramePasses, PassTimers, Technique, View, ViewSettings};
-use crate::gpu::{AdapterChoice, Gpu, GpuError};
-use crate::gpu_scene::GpuScene;
-use crate::reference::{
+use crate::frame::{DirectSettings, FrameError, FramePasses, View, ViewSettings};
+use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder};
+use crate::scene::Camera;
+use crate::seam::{SceneMismatch, SceneSeam};
+use crate::techniques::reference::{
     Film, LongSums, PathCounts, PathTracer, PixelSums, ReferenceSettings, UnfinishedPaths, Work,
 };
-use crate::scene::Camera;
+use crate::techniques::{Stat, StatSource, Technique, TechniqueError};
 use std::time::{Duration, Instant};
 
 /// [`Gpu::open`], waiting.
@@ -99,7 +101,11 @@ pub struct RenderStats {
 
 /// The reference could not be rendered.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReferenceError {
+    /// The scene is not what the path tracer was compiled for.
+    #[error(transparent)]
+    OtherScene(#[from] SceneMismatch),
     /// The device was lost.
     #[error(transparent)]
     Lost(#[from] LostGpu),
@@ -142,7 +148,7 @@ const MAX_SUMMED: u32 = 1024;
 /// [`ReferenceError`]: the device was lost, or a pixel has not received its samples.
 pub fn render_reference(
     gpu: &Gpu,
-    scene: &GpuScene,
+    scene: &dyn SceneSeam,
     camera: &Camera,
     settings: &ReferenceSettings,
     n_samples: u32,
@@ -153,12 +159,12 @@ pub fn render_reference(
     let n_lanes = (PIXELS_AT_ONCE / n_pixels).clamp(1, MAX_LANES) as u32;
     let film = Film::with_lanes(gpu, settings.size, n_lanes);
     let unfinished = UnfinishedPaths::new(gpu, &film);
-    let timer = PassTimer::new(gpu);
+    let mut timers = PassTimers::new(gpu);
     let max_summed = MAX_SUMMED * n_lanes;
     let mut sums = LongSums::new(n_pixels as usize);
     let total = n_pixels * u64::from(n_samples);
     let mut stats =
-        RenderStats { gpu_time: timer.as_ref().map(|_| Duration::ZERO), ..Default::default() };
+        RenderStats { gpu_time: timers.as_ref().map(|_| Duration::ZERO), ..Default::default() };
     let mut done = 0;
     let started = Instant::now();
     // Pixel samples a dispatch; the first ones are small, for their speed is not known.
@@ -190,25 +196,27 @@ pub fn render_reference(
                 let begun = Instant::now();
                 loop {
                     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                    let writes = timer.as_ref().map(PassTimer::writes);
+                    if let Some(timers) = &mut timers {
+                        timers.begin_frame();
+                    }
+                    let mut recorder = Recorder::timed(gpu, &mut encoder, timers.as_mut());
                     tracer.record(
-                        gpu,
-                        &mut encoder,
+                        &mut recorder,
                         scene,
                         &film,
                         &unfinished,
                         camera,
                         settings,
                         work,
-                        writes,
-                    );
-                    if let Some(timer) = &timer {
-                        timer.resolve(&mut encoder);
+                    )?;
+                    drop(recorder);
+                    if let Some(timers) = &timers {
+                        timers.resolve(&mut encoder);
                     }
                     gpu.queue.submit([encoder.finish()]);
                     let counts = read_path_counts(gpu, &unfinished)?;
-                    if let (Some(timer), Some(sum)) = (&timer, &mut stats.gpu_time) {
-                        *sum += timer.read(gpu)?;
+                    if let (Some(timers), Some(sum)) = (&timers, &mut stats.gpu_time) {
+                        *sum += read_timers(gpu, timers)?.into_iter().map(|(_, time)| time).sum();
                     }
                     stats.n_dispatches += 1;
                     stats.n_continued += u32::from(work.continues);
@@ -301,16 +309,17 @@ pub struct FramesToRender {
 
 /// Frames could not be rendered.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FramesError {
-    /// The picture is too large for the device.
+    /// The passes cannot be made, of a picture that is too large for the device for instance.
     #[error(transparent)]
-    Gpu(#[from] GpuError),
+    Frame(#[from] FrameError),
     /// The device was lost.
     #[error(transparent)]
     Lost(#[from] LostGpu),
     /// The technique cannot go on.
     #[error(transparent)]
-    Technique(Box<dyn std::error::Error + Send + Sync>),
+    Technique(#[from] TechniqueError),
 }
 
 /// Renders frames of a still camera, one submission each, and returns the passes with the
@@ -320,12 +329,12 @@ pub enum FramesError {
 ///
 /// # Errors
 /// [`FramesError`]
-pub fn render_frames<T: Technique>(
+pub fn render_frames(
     gpu: &Gpu,
-    scene: &GpuScene,
+    scene: &dyn SceneSeam,
     camera: &Camera,
     what: &FramesToRender,
-    technique: &mut T,
+    technique: &mut dyn Technique,
     keep_going: impl FnMut(Progress) -> bool,
 ) -> Result<(FramePasses, FrameStats), FramesError> {
     let passes = FramePasses::new(gpu, scene, what.size, what.direct)?;
@@ -336,26 +345,25 @@ pub fn render_frames<T: Technique>(
 ///
 /// # Errors
 /// [`FramesError`]
-pub fn render_frames_with<T: Technique>(
+pub fn render_frames_with(
     gpu: &Gpu,
-    scene: &GpuScene,
+    scene: &dyn SceneSeam,
     camera: &Camera,
     what: &FramesToRender,
-    technique: &mut T,
+    technique: &mut dyn Technique,
     mut passes: FramePasses,
     mut keep_going: impl FnMut(Progress) -> bool,
 ) -> Result<(FramePasses, FrameStats), FramesError> {
-    let mut view = View::new(gpu, what.size);
+    let mut view = View::new(what.size);
     let mut timers = if what.timed { PassTimers::new(gpu) } else { None };
     let mut stats = FrameStats::default();
     let started = Instant::now();
     let n_frames = what.view.n_accumulated.max(1);
     let total = u64::from(what.n_warm_up) + u64::from(n_frames);
     for done in 1..=u64::from(what.n_warm_up) {
-        view.advance(gpu, scene, camera, &what.view);
+        view.advance(scene, camera, &what.view);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let frame = &mut Frame { gpu, encoder: &mut encoder, scene, view: &view, timers: None };
-        passes.update(frame, technique).map_err(|error| FramesError::Technique(error.into()))?;
+        passes.update(&mut Recorder::new(gpu, &mut encoder), scene, &view, technique)?;
         gpu.queue.submit([encoder.finish()]);
         wait(gpu)?;
         if !keep_going(Progress { done, total }) {
@@ -364,25 +372,21 @@ pub fn render_frames_with<T: Technique>(
     }
     view.restart();
     while stats.n_frames < n_frames && !stats.stopped {
-        view.advance(gpu, scene, camera, &what.view);
+        view.advance(scene, camera, &what.view);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         if let Some(timers) = &mut timers {
             timers.begin_frame();
         }
-        let mut frame =
-            Frame { gpu, encoder: &mut encoder, scene, view: &view, timers: timers.as_mut() };
-        passes
-            .record(&mut frame, technique)
-            .map_err(|error| FramesError::Technique(error.into()))?;
+        let mut recorder = Recorder::timed(gpu, &mut encoder, timers.as_mut());
+        passes.record(&mut recorder, scene, &view, technique)?;
+        drop(recorder);
         if let Some(timers) = &timers {
             timers.resolve(&mut encoder);
         }
         gpu.queue.submit([encoder.finish()]);
         match &timers {
             Some(timers) => {
-                let bytes = read_buffer(gpu, timers.resolved())?;
-                for (name, milliseconds) in timers.milliseconds(&bytes) {
-                    let time = Duration::from_secs_f64(milliseconds * 1e-3);
+                for (name, time) in read_timers(gpu, timers)? {
                     match stats.passes.iter_mut().find(|(known, _)| *known == name) {
                         Some((_, sum)) => *sum += time,
                         None => stats.passes.push((name, time)),
@@ -402,54 +406,31 @@ pub fn render_frames_with<T: Technique>(
     Ok((passes, stats))
 }
 
-/// GPU timestamps around one pass.
-pub struct PassTimer {
-    queries: wgpu::QuerySet,
-    resolved: wgpu::Buffer,
-    period: f64,
+/// How long each pass took by name, of timers that were resolved in a submission.
+///
+/// # Errors
+/// The device was lost.
+pub fn read_timers(
+    gpu: &Gpu,
+    timers: &PassTimers,
+) -> Result<Vec<(&'static str, Duration)>, LostGpu> {
+    let bytes = read_buffer(gpu, timers.resolved())?;
+    let of = |(name, ms): (_, f64)| (name, Duration::from_secs_f64(ms * 1e-3));
+    Ok(timers.milliseconds(&bytes).into_iter().map(of).collect())
 }
 
-impl PassTimer {
-    /// None where the device has no timestamps.
-    pub fn new(gpu: &Gpu) -> Option<Self> {
-        gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Self {
-            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("pass timer"),
-                ty: wgpu::QueryType::Timestamp,
-                count: 2,
-            }),
-            resolved: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("pass timer"),
-                size: 16,
-                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            }),
-            period: f64::from(gpu.queue.get_timestamp_period()),
-        })
-    }
-
-    /// What the pass's descriptor takes.
-    pub fn writes(&self) -> wgpu::ComputePassTimestampWrites<'_> {
-        wgpu::ComputePassTimestampWrites {
-            query_set: &self.queries,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: Some(1),
+/// The number of a [`Stat`], after everything that was submitted.
+///
+/// # Errors
+/// The device was lost.
+pub fn read_stat(gpu: &Gpu, stat: &Stat) -> Result<u64, LostGpu> {
+    match &stat.source {
+        StatSource::Known(number) => Ok(*number),
+        StatSource::Buffer(buffer, at) => {
+            let bytes = read_buffer(gpu, buffer)?;
+            let at = *at as usize;
+            let word = std::array::from_fn(|ix| bytes[at + ix]);
+            Ok(u64::from(u32::from_le_bytes(word)))
         }
-    }
-
-    /// To be recorded after the pass.
-    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
-        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
-    }
-
-    /// How long the pass took, after it was submitted.
-    ///
-    /// # Errors
-    /// The device was lost.
-    pub fn read(&self, gpu: &Gpu) -> Result<Duration, LostGpu> {
-        let bytes = read_buffer(gpu, &self.resolved)?;
-        let [begin, end] =
-            [0, 8].map(|at| u64::from_ne_bytes(std::array::from_fn(|k| bytes[at + k])));
-        Ok(Duration::from_nanos((end.saturating_sub(begin) as f64 * self.period) as u64))
     }
 }

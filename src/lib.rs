@@ -28,7 +28,7 @@
 //! # #[cfg(feature = "cli")]
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! use lucerna::{blocking, gpu::AdapterChoice, gpu_scene::GpuScene, scene::Scene};
-//! use lucerna::reference::{Channel, ReferenceSettings, resolve};
+//! use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 //!
 //! let file = "fixtures/scenes/cornell_original/cornell_original.gltf";
 //! let scene = Scene::load(file.as_ref(), &Default::default())?.scene;
@@ -67,27 +67,23 @@
 //!
 //! `cli`, on by default: the program `lucerna`, and the modules `blocking` and `compare`.
 
+#[doc(hidden)]
 pub mod bindings;
-#[cfg(feature = "cli")]
 pub mod blocking;
 #[cfg(feature = "cli")]
 pub mod compare;
+pub mod components;
 pub mod frame;
 pub mod gpu;
 pub mod gpu_scene;
 pub mod picture;
 pub mod rays;
-pub mod reference;
 pub mod scene;
+pub mod seam;
 pub mod shader;
-pub mod shadow;
-pub mod voxel;
-pub mod voxel_cone;
-pub mod voxel_rt;
+pub mod techniques;
 
 mod modules;
-mod pass;
+mod settings_macro;
 
-pub use modules::{
-    Binding, EntryPoint, Kernel, Module, kernels, library, modules, variant_library,
-};
+pub use modules::{Kernel, Module, WGSL_DIR, kernel, kernels, library, library_of, modules};

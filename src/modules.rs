@@ -1,17 +1,21 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The WGSL that lucerna is made of, as data: what a renderer takes into its own frame.
 
-use crate::gpu::Gpu;
-use crate::shader::{Library, Resources, Source, variant};
+use crate::shader::{
+    Access, Binding, BindingKind, Budget, Dimension, EntryPoint, Interface, Library, RAY_QUERY,
+    Resources, Source, Stage, Target, Texels, Variant,
+};
 use std::borrow::Cow;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A WGSL module that can be imported.
 #[derive(Clone, Copy, Debug)]
 pub struct Module {
     /// `lucerna::sh::basis`.
     pub import_path: &'static str,
-    /// Empty, or the variant in which this module stands in the place of the baseline's.
-    pub variant: &'static str,
+    /// Axis and value in which this module replaces the one of the same path; None: the tree's own.
+    pub overlay: Option<(&'static str, &'static str)>,
     /// `wgsl/sh/basis.wgsl`, relative to the crate.
     pub file: &'static str,
     /// The text with its comments, as it stands in the file.
@@ -21,96 +25,99 @@ pub struct Module {
 }
 
 /// A kernel in one of its variants.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Kernel {
     /// Path under `wgsl/kernels/` without ending: `reference/path_trace`.
     pub name: &'static str,
-    /// Empty for the baseline, else a row of [`crate::shader::VARIANTS`].
-    pub variant: &'static str,
+    /// The values of the axes that its imports meet; the first value on all others.
+    pub variant: Variant,
+    /// Names of the axes that its imports meet.
+    pub axes: &'static [&'static str],
     /// The kernel's own file, relative to the crate.
     pub file: &'static str,
     /// The kernel's own text.
     pub source: &'static str,
     /// One self-contained WGSL text: the kernel with everything that it imports (no comments).
-    /// None for ray queries, which naga does not write: [`variant_library`] composes them.
+    /// None for ray queries, which naga does not write: [`library_of`] composes them.
     pub composed: Option<&'static str>,
     /// Import paths of the modules that it imports directly.
     pub imports: &'static [&'static str],
     /// How much it declares of what WebGPU limits.
     pub resources: Resources,
-    /// Its entry points.
-    pub entry_points: &'static [EntryPoint],
-    /// Its bindings, by group and number.
-    pub bindings: &'static [Binding],
+    /// Its bindings and entry points.
+    pub interface: Interface,
 }
 
-/// An entry point of a kernel.
-#[derive(Clone, Copy, Debug)]
-pub struct EntryPoint {
-    /// The function's name.
-    pub name: &'static str,
-    /// `compute`, `vertex` or `fragment`.
-    pub stage: &'static str,
-    /// Invocations along each axis (zeros where the stage has none).
-    pub workgroup_size: [u32; 3],
-}
+/// The folder of the WGSL in the crate's sources, for build scripts: `wgsl/sh/basis.wgsl` is `lucerna::sh::basis`, as
+/// naga_oil and wgsl_bindgen expect it.
+pub const WGSL_DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/wgsl");
 
-/// A binding of a kernel.
-#[derive(Clone, Copy, Debug)]
-pub struct Binding {
-    /// Bind group; 0 is the host seam's.
-    pub group: u32,
-    /// Number within the group.
-    pub binding: u32,
-    /// The variable's name in the source.
-    pub name: &'static str,
-    /// `uniform buffer`, `storage buffer, read`, `texture`, …
-    pub kind: &'static str,
+const fn variant_of(bytes: [u8; 8]) -> Variant {
+    match Variant::from_bytes(bytes) {
+        Some(variant) => variant,
+        None => panic!("the build knows the axes"),
+    }
 }
 
 const MODULES: &[Module] = include!(concat!(env!("OUT_DIR"), "/modules.rs"));
-const KERNELS: &[Kernel] = include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+static KERNELS: &[Kernel] = include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 
-/// Every module: the baseline's sorted by import path, then those that variants put in their place.
+/// Every module: the tree's own sorted by import path, then those that replace one on an axis.
 pub fn modules() -> &'static [Module] {
     MODULES
 }
 
-/// Every kernel in each of its variants; the baseline first, sorted by name.
+/// Every kernel in each of its variants: sorted by name, the baseline first.
 pub fn kernels() -> &'static [Kernel] {
     KERNELS
 }
 
-/// All modules as a [`Library`], to compose kernels of one's own from them, or with modules of
-/// one's own in the place of lucerna's.
+/// A kernel as it runs in a variant: what its imports do not meet makes no difference.
 ///
 /// ```
-/// use lucerna::shader::{BASELINE, Source};
+/// use lucerna::shader::{NO_TEXTURES, SHADOW_MAPS, Variant};
+///
+/// let variant = Variant::BASELINE.with(NO_TEXTURES).with(SHADOW_MAPS);
+/// // Copying light asks neither textures nor lights.
+/// assert_eq!(lucerna::kernel("voxel_light/carry", variant).unwrap().variant, Variant::BASELINE);
+/// assert_eq!(lucerna::kernel("frame/direct", variant).unwrap().variant, variant);
+/// ```
+pub fn kernel(name: &str, variant: Variant) -> Option<&'static Kernel> {
+    KERNELS.iter().find(|kernel| kernel.name == name && kernel.variant.agrees(variant, kernel.axes))
+}
+
+/// All modules as a [`Library`], to compose kernels of one's own from them, or with modules of
+/// one's own instead of lucerna's.
+///
+/// ```
+/// use lucerna::shader::{Source, Target};
 ///
 /// let kernel = Source {
 ///     import_path: "my::kernel".into(),
 ///     file: "my_kernel.wgsl".into(),
 ///     text: "
 ///         #import lucerna::math::octahedral::pack_direction
-///         @group(0) @binding(0) var<storage, read_write> out: array<u32>;
+///         @group(1) @binding(0) var<storage, read_write> out: array<u32>;
 ///         @compute @workgroup_size(64)
 ///         fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 ///             out[id.x] = pack_direction(vec3<f32>(0.0, f32(id.x) + 1.0, 1.0));
 ///         }"
 ///         .into(),
 /// };
-/// let module = lucerna::library().compose(&kernel, BASELINE).unwrap();
-/// assert_eq!(module.entry_points[0].name, "main");
+/// let composed = lucerna::library().compose(&kernel, Target::default()).unwrap();
+/// assert_eq!(composed.interface.entry_points[0].name, "main");
 /// ```
 pub fn library() -> Library {
-    variant_library("")
+    library_of(Variant::BASELINE)
 }
 
-/// [`library`] with a variant's modules in their places; `variant` is a row's name of
-/// [`crate::shader::VARIANTS`].
-pub fn variant_library(variant: &str) -> Library {
+/// [`library`] with the modules of a variant's values.
+pub fn library_of(variant: Variant) -> Library {
     let mut library = Library::default();
-    for module in MODULES.iter().filter(|m| m.variant.is_empty() || m.variant == variant) {
+    for module in MODULES.iter().filter(|module| match module.overlay {
+        None => true,
+        Some((axis, value)) => variant.value_name(axis) == Some(value),
+    }) {
         library.insert(Source {
             import_path: module.import_path.to_owned(),
             file: PathBuf::from(module.file),
@@ -120,32 +127,95 @@ pub fn variant_library(variant: &str) -> Library {
     library
 }
 
-/// A kernel for a device: the build's WGSL, or for ray queries naga's IR composed now.
-pub(crate) fn shader_module(
-    gpu: &Gpu,
-    name: &'static str,
-    variant_name: &'static str,
-) -> wgpu::ShaderModule {
-    let row = |variant| KERNELS.iter().find(|k| k.name == name && k.variant == variant);
-    // A kernel without such a row asks nothing of what the variant replaces, or (`untextured`) only
-    // does more than the scene needs: it runs as the baseline.
-    let kernel = match row(variant_name) {
-        None => row(""),
-        found => found,
-    };
-    let kernel = kernel.expect("kernels are named by the crate itself");
-    let source = match kernel.composed {
-        Some(wgsl) => wgpu::ShaderSource::Wgsl(wgsl.into()),
-        None => {
-            let capabilities = variant(variant_name).map(|v| v.capabilities).unwrap_or_default();
-            let source = Source {
-                import_path: kernel.name.into(),
-                file: PathBuf::from(kernel.file),
-                text: Cow::Borrowed(kernel.source),
-            };
-            let module = variant_library(variant_name).compose(&source, capabilities);
-            wgpu::ShaderSource::Naga(Cow::Owned(module.expect("the build composed it too")))
+/// Where kernels come from: a variant, and modules of one's own that replace lucerna's or stand beside them.
+#[derive(Clone, Debug, Default)]
+pub struct Shaders {
+    variant: Variant,
+    own: Arc<[Source]>,
+}
+
+impl Shaders {
+    /// lucerna's kernels in a variant.
+    pub fn new(variant: Variant) -> Self {
+        Self { variant, own: Arc::default() }
+    }
+
+    /// The same with another variant.
+    pub fn with_variant(&self, variant: Variant) -> Self {
+        Self { variant, own: Arc::clone(&self.own) }
+    }
+
+    /// The same with a module of one's own: under an import path of the scene seam it replaces lucerna's. A module whose path
+    /// begins with `lucerna::kernels::` is a kernel.
+    pub fn with_module(&self, module: Source) -> Self {
+        let mut own = self.own.to_vec();
+        own.retain(|known| known.import_path != module.import_path);
+        own.push(module);
+        Self { variant: self.variant, own: own.into() }
+    }
+
+    /// The values of the axes.
+    pub fn variant(&self) -> Variant {
+        self.variant
+    }
+
+    /// Whether two sources make the same kernels.
+    pub fn same(&self, other: &Self) -> bool {
+        self.variant == other.variant && self.own == other.own
+    }
+
+    /// A kernel's text or IR, and what it binds.
+    ///
+    /// # Panics
+    /// If there is no such kernel, or a module of one's own does not fit: the message holds the problems.
+    pub(crate) fn compose(
+        &self,
+        name: &str,
+    ) -> (Cow<'static, str>, Option<naga::Module>, Interface) {
+        let row = kernel(name, self.variant);
+        let path = format!("lucerna::kernels::{}", name.replace('/', "::"));
+        let own_kernel = self.own.iter().find(|source| source.import_path == path);
+        if let (Some(Kernel { composed: Some(text), interface, .. }), None, true) =
+            (row, own_kernel, self.own.is_empty())
+        {
+            return (Cow::Borrowed(text), None, interface.clone());
         }
-    };
-    gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source })
+        let source = match (own_kernel, row) {
+            (Some(source), _) => source.clone(),
+            (None, Some(row)) => Source {
+                import_path: path,
+                file: PathBuf::from(row.file),
+                text: Cow::Borrowed(row.source),
+            },
+            (None, None) => panic!("there is no kernel `{name}`"),
+        };
+        let mut library = library_of(self.variant);
+        for module in self.own.iter().filter(|module| module.import_path != source.import_path) {
+            library.insert(module.clone());
+        }
+        let budget = (!self.variant.has(RAY_QUERY)).then_some(Budget::BASELINE);
+        let target = Target { capabilities: self.variant.capabilities(), budget };
+        match library.compose(&source, target) {
+            Ok(composed) => (Cow::Borrowed(""), Some(composed.module), composed.interface),
+            Err(problems) => {
+                let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
+                panic!("{name} does not compose:\n{}", problems.join("\n\n"))
+            }
+        }
+    }
+
+    /// A kernel for a device: the build's WGSL, or naga's IR composed now.
+    pub(crate) fn module(
+        &self,
+        gpu: &crate::gpu::Gpu,
+        name: &str,
+    ) -> (wgpu::ShaderModule, Interface) {
+        let (text, module, interface) = self.compose(name);
+        let source = match module {
+            Some(module) => wgpu::ShaderSource::Naga(Cow::Owned(module)),
+            None => wgpu::ShaderSource::Wgsl(text),
+        };
+        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source };
+        (gpu.device.create_shader_module(descriptor), interface)
+    }
 }

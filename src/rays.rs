@@ -1,13 +1,13 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Many rays at once against a scene: the kernels `rays/nearest_hit` and `rays/any_hit`.
 
-use crate::bindings::baseline::kernels::rays::{any_hit, nearest_hit};
-use crate::gpu::Gpu;
-use crate::gpu_scene::GpuScene;
-use crate::pass::compute_pipeline;
-use wgpu::util::DeviceExt;
+use crate::bindings::kernels::rays::{any_hit, nearest_hit};
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
+use crate::seam::{SceneMismatch, SceneSeam, check_shaders};
+use glam::UVec3;
 
-pub use crate::bindings::host::rays::{Hit, Ray};
-pub use crate::bindings::host::scene::NONE;
+pub use crate::bindings::lucerna::scene::data::NONE;
+pub use crate::bindings::lucerna::scene::rays::{Hit, Ray};
 pub use any_hit::ANY_HIT_UNKNOWN;
 pub use nearest_hit::NEAREST_HIT_UNKNOWN;
 
@@ -22,81 +22,57 @@ pub enum RayQuestion {
 }
 
 /// A compiled ray kernel.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct RayKernel {
-    pipeline: wgpu::ComputePipeline,
-    layout: wgpu::BindGroupLayout,
+    kernel: ComputeKernel,
     question: RayQuestion,
-    variant: &'static str,
+    shaders: Shaders,
 }
 
 impl RayKernel {
-    /// Compiles the kernel in the scene's [variant](GpuScene::variant); it serves every scene of the
-    /// same variant.
-    pub fn new(gpu: &Gpu, scene: &GpuScene, question: RayQuestion) -> Self {
-        let device = &gpu.device;
-        let (name, layout) = match question {
-            RayQuestion::Nearest => {
-                ("rays/nearest_hit", nearest_hit::WgpuBindGroup1::get_bind_group_layout(device))
-            }
-            RayQuestion::Any => {
-                ("rays/any_hit", any_hit::WgpuBindGroup1::get_bind_group_layout(device))
-            }
+    /// Compiles the kernel for the scene's variant; it serves every scene of the same variant.
+    pub fn new(gpu: &Gpu, scene: &dyn SceneSeam, question: RayQuestion) -> Self {
+        let name = match question {
+            RayQuestion::Nearest => "rays/nearest_hit",
+            RayQuestion::Any => "rays/any_hit",
         };
-        let layouts = [Some(scene.layout()), Some(&layout)];
-        let pipeline = compute_pipeline(gpu, name, scene.variant(), &layouts);
-        Self { pipeline, layout, question, variant: scene.variant() }
+        let kernel = ComputeKernel::new(gpu, scene.shaders(), Some(scene.group()), name);
+        Self { kernel, question, shaders: scene.shaders().clone() }
     }
 
     /// Records the rays in as many dispatches as WebGPU's limit on workgroups asks for.
     ///
     /// `rays`: `n_rays` [`Ray`]s; `answers`: as many [`Hit`]s or u32; both storage buffers.
     ///
-    /// # Panics
-    /// If the scene's variant is another than the one that the kernel was compiled for.
-    #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
+    /// # Errors
+    /// The scene is not what the kernel was compiled for.
     pub fn record(
         &self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        scene: &GpuScene,
+        recorder: &mut Recorder,
+        scene: &dyn SceneSeam,
         rays: &wgpu::Buffer,
         answers: &wgpu::Buffer,
         n_rays: u32,
-        timestamps: Option<wgpu::ComputePassTimestampWrites>,
-    ) {
-        assert_eq!(self.variant, scene.variant(), "the kernel was compiled for another variant");
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("rays"),
-            timestamp_writes: timestamps,
-        });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, scene.bind_group(), &[]);
-        let group = match self.question {
-            RayQuestion::Nearest => nearest_hit::WORKGROUP,
-            RayQuestion::Any => any_hit::WORKGROUP,
+    ) -> Result<(), SceneMismatch> {
+        check_shaders(&self.shaders, scene)?;
+        let (group, hits) = match self.question {
+            RayQuestion::Nearest => (nearest_hit::WORKGROUP, "hits"),
+            RayQuestion::Any => (any_hit::WORKGROUP, "blocked"),
         };
-        let per_dispatch = group * gpu.device.limits().max_compute_workgroups_per_dimension;
+        let limit = recorder.gpu().device.limits().max_compute_workgroups_per_dimension;
+        let per_dispatch = group * limit;
+        let pass = &mut recorder.compute(self.kernel.name());
         for first in (0..n_rays).step_by(per_dispatch as usize) {
-            // Both kernels have the same bindings.
-            let batch = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("ray batch"),
-                contents: bytemuck::bytes_of(&nearest_hit::BatchInfo { n_rays, first }),
-                usage: wgpu::BufferUsages::UNIFORM,
-            });
-            let entries =
-                nearest_hit::WgpuBindGroup1Entries::new(nearest_hit::WgpuBindGroup1EntriesParams {
-                    batch: batch.as_entire_buffer_binding(),
-                    rays: rays.as_entire_buffer_binding(),
-                    hits: answers.as_entire_buffer_binding(),
-                });
-            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("rays"),
-                layout: &self.layout,
-                entries: &entries.into_array(),
-            });
-            pass.set_bind_group(1, &bind_group, &[]);
-            pass.dispatch_workgroups((n_rays - first).min(per_dispatch).div_ceil(group), 1, 1);
+            let n_groups = (n_rays - first).min(per_dispatch).div_ceil(group);
+            self.kernel
+                .call(pass)
+                .scene(scene.group())
+                // Both kernels have the same batches.
+                .uniform("batch", &nearest_hit::BatchInfo { n_rays, first })
+                .bind("rays", rays)
+                .bind(hits, answers)
+                .dispatch(Dispatch::Groups(UVec3::new(n_groups, 1, 1)));
         }
+        Ok(())
     }
 }

@@ -12,8 +12,12 @@ mod voxelize;
 use super::CommandResult;
 use super::scene_args::{AdapterArguments, CameraChoice};
 use clap::Args;
+use lucerna::blocking::{read_timers, wait};
+use lucerna::gpu::{Gpu, PassTimers, Recorder};
 use serde_json::Value;
+use std::error::Error;
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 /// `lucerna bench`.
 #[derive(Args, Clone, Debug)]
@@ -53,6 +57,28 @@ enum Group {
     /// How irradiance is written into voxels: store, moving average, max, exact (only by name: it
     /// takes minutes).
     VoxelWrite,
+}
+
+/// GPU time of what `record` records, in one submission; wall time where the device has no timestamps.
+fn timed(
+    gpu: &Gpu,
+    record: impl FnOnce(&mut Recorder) -> Result<(), Box<dyn Error>>,
+) -> Result<Duration, Box<dyn Error>> {
+    let mut timers = PassTimers::new(gpu);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    record(&mut Recorder::timed(gpu, &mut encoder, timers.as_mut()))?;
+    if let Some(timers) = &timers {
+        timers.resolve(&mut encoder);
+    }
+    let begun = Instant::now();
+    gpu.queue.submit([encoder.finish()]);
+    Ok(match &timers {
+        Some(timers) => read_timers(gpu, timers)?.into_iter().map(|(_, time)| time).sum(),
+        None => {
+            wait(gpu)?;
+            begun.elapsed()
+        }
+    })
 }
 
 /// One line of a table.

@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `lucerna export`.
 
 use super::CommandResult;
 use clap::Args;
 use lucerna::picture::write_whole_file;
+use lucerna::shader::Variant;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -48,7 +50,11 @@ pub fn export(arguments: &ExportArguments) -> CommandResult {
             }
             continue;
         };
-        let file = arguments.output.join(kernel.variant).join(format!("{}.wgsl", kernel.name));
+        let folder = match kernel.variant {
+            Variant::BASELINE => arguments.output.clone(),
+            variant => arguments.output.join(variant.to_string()),
+        };
+        let file = folder.join(format!("{}.wgsl", kernel.name));
         let folder = file.parent().unwrap_or(&arguments.output);
         std::fs::create_dir_all(folder)
             .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;

@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `lucerna kernels`.
 
 use super::CommandResult;
 use clap::Args;
 use lucerna::Kernel;
+use lucerna::shader::Stage;
 use std::io::Write;
 
 /// `lucerna kernels`.
@@ -20,19 +22,18 @@ pub struct KernelsArguments {
 
 pub fn kernels(arguments: &KernelsArguments) -> CommandResult {
     if arguments.modules {
-        for module in lucerna::modules().iter().filter(|module| module.variant.is_empty()) {
+        for module in lucerna::modules().iter().filter(|module| module.overlay.is_none()) {
             outln!("{:<40} {}", module.import_path, module.file)?;
         }
         return Ok(());
     }
     let Some(name) = &arguments.name else {
-        outln!("{:<29} {:<14} {:>24}  bindings", "kernel", "variant", "workgroup")?;
+        outln!("{:<29} {:<42} {:>24}  bindings", "kernel", "variant", "workgroup")?;
         for kernel in lucerna::kernels() {
             let sizes: Vec<_> =
-                kernel.entry_points.iter().map(|e| join(e.workgroup_size)).collect();
-            let variant = if kernel.variant.is_empty() { "baseline" } else { kernel.variant };
-            let n = kernel.bindings.len();
-            outln!("{:<29} {variant:<14} {:>24}  {n}", kernel.name, sizes.join(" "))?;
+                kernel.interface.entry_points.iter().map(|e| join(e.workgroup_size)).collect();
+            let (variant, n) = (kernel.variant, kernel.interface.bindings.len());
+            outln!("{:<29} {variant:<42} {:>24}  {n}", kernel.name, sizes.join(" "))?;
         }
         return Ok(());
     };
@@ -58,23 +59,26 @@ fn join(size: [u32; 3]) -> String {
 }
 
 fn describe(kernel: &Kernel) -> std::io::Result<()> {
-    let variant = if kernel.variant.is_empty() { "baseline" } else { kernel.variant };
-    outln!("{} ({variant})\n  file: {}", kernel.name, kernel.file)?;
+    outln!("{} ({})\n  file: {}", kernel.name, kernel.variant, kernel.file)?;
     // The header's //! lines say what the kernel does.
     for line in kernel.source.lines().filter_map(|line| line.strip_prefix("//!")) {
         outln!("  {}", line.trim())?;
     }
-    for entry in kernel.entry_points {
+    for entry in kernel.interface.entry_points.iter() {
         outln!(
             "  entry point: {} ({}), workgroup {}",
             entry.name,
-            entry.stage,
+            match entry.stage {
+                Stage::Vertex => "vertex",
+                Stage::Fragment => "fragment",
+                Stage::Compute => "compute",
+            },
             join(entry.workgroup_size)
         )?;
     }
     let resources = &kernel.resources;
     outln!(
-        "  uses: {} of 8 storage buffers ({} of the host seam), {} textures, {} storage textures, {} bytes of workgroup memory",
+        "  uses: {} of 8 storage buffers ({} of the scene seam), {} textures, {} storage textures, {} bytes of workgroup memory",
         resources.storage_buffers,
         resources.seam_storage_buffers,
         resources.sampled_textures,
@@ -83,13 +87,13 @@ fn describe(kernel: &Kernel) -> std::io::Result<()> {
     )?;
     outln!("  imports: {}", kernel.imports.join(", "))?;
     outln!("  bindings:")?;
-    for binding in kernel.bindings {
+    for binding in kernel.interface.bindings.iter() {
         outln!(
             "    @group({}) @binding({}) {}: {}",
             binding.group,
             binding.binding,
             binding.name,
-            binding.kind
+            binding.kind.in_words()
         )?;
     }
     outln!()

@@ -1,23 +1,23 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `lucerna render` and `lucerna reference`.
 
-mod cones;
 mod realtime;
-mod voxels;
+mod settings;
 
 use super::CommandResult;
 use super::progress::Meter;
 use super::scene_args::{AdapterArguments, Prepared, SceneArguments};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use glam::UVec2;
 use lucerna::blocking::render_reference;
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::picture::{PngOptions, ToneMap, check_whole_file, write_whole_file};
-use lucerna::reference::{Channel, PixelSums, ReferenceSettings, resolve};
 use lucerna::scene::Camera;
-use lucerna::shadow::ShadowMaps;
-use lucerna::voxel_cone::VoxelCone;
-use lucerna::voxel_rt::VoxelRt;
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, PixelSums, ReferenceSettings, resolve};
+use lucerna::techniques::{Stat, TECHNIQUES};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -120,8 +120,8 @@ pub struct RenderArguments {
     #[command(flatten)]
     scene: SceneArguments,
     /// How light is computed.
-    #[arg(long, value_enum, default_value_t = Technique::Reference)]
-    technique: Technique,
+    #[arg(long, value_name = "TECHNIQUE", default_value = REFERENCE, value_parser = technique_parser())]
+    technique: String,
     /// Frames to accumulate, each sampling its pixels elsewhere; the reference takes one sample per
     /// pixel and frame.
     #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -133,25 +133,20 @@ pub struct RenderArguments {
     #[command(flatten)]
     realtime: realtime::RealtimeArguments,
     #[command(flatten)]
-    voxels: voxels::VoxelArguments,
-    #[command(flatten)]
-    cones: cones::ConeArguments,
+    settings: settings::SettingArguments,
     #[command(flatten)]
     output: OutputArguments,
     #[command(flatten)]
     adapter: AdapterArguments,
 }
 
-#[derive(clap::ValueEnum, Clone, Copy, Debug)]
-enum Technique {
-    /// Unidirectional path tracer.
-    Reference,
-    /// Rasterised, with direct light and ray-traced shadows; no indirect light.
-    Direct,
-    /// Ray-traced voxel global illumination.
-    VoxelRt,
-    /// Voxel cone tracing.
-    VoxelCone,
+const REFERENCE: &str = "reference";
+
+/// The names of all techniques.
+fn technique_parser() -> PossibleValuesParser {
+    let reference = PossibleValue::new(REFERENCE).help("Unidirectional path tracer");
+    let others = TECHNIQUES.iter().map(|of| PossibleValue::new(of.name).help(of.help));
+    PossibleValuesParser::new([reference].into_iter().chain(others))
 }
 
 /// `lucerna reference`.
@@ -172,48 +167,19 @@ pub struct ReferenceArguments {
 }
 
 pub fn render(arguments: &RenderArguments) -> CommandResult {
-    match arguments.technique {
-        Technique::Reference => trace(
-            &arguments.scene,
-            &arguments.adapter,
-            &arguments.output,
-            arguments.frames,
-            arguments.bounces.unwrap_or(REFERENCE_BOUNCES),
-        ),
-        Technique::Direct => {
-            let make = |_: &Gpu, _: &GpuScene, _: &Camera, _: Option<&ShadowMaps>| {
-                Ok(lucerna::frame::NoIndirect)
-            };
-            realtime::render(arguments, make, None, |_, _| Ok(()))
-        }
-        Technique::VoxelRt => {
-            let settings = arguments.voxels.settings(arguments.bounces, arguments.output.seed)?;
-            let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera, _: Option<&ShadowMaps>| {
-                let made = VoxelRt::new(gpu, scene, settings, camera.position)?;
-                voxels::tell_reach(made.reach(), made.n_levels());
-                Ok(made)
-            };
-            realtime::render(arguments, make, None, voxels::warn)
-        }
-        Technique::VoxelCone => {
-            let (bounces, seed) = (arguments.bounces, arguments.output.seed);
-            if bounces == Some(0) {
-                return Err("--bounces is at least 1 with --technique voxel-cone; direct light alone is --technique direct".into());
-            }
-            let settings = arguments.cones.settings(&arguments.voxels, bounces, seed);
-            let make = |gpu: &Gpu, scene: &GpuScene, camera: &Camera, maps: Option<&ShadowMaps>| {
-                let eye = camera.position;
-                let made = match maps {
-                    Some(maps) => VoxelCone::with_shadow_maps(gpu, scene, settings, maps, eye)?,
-                    None => VoxelCone::new(gpu, scene, settings, eye)?,
-                };
-                voxels::tell_reach(made.reach(), made.pyramid().layout().n_levels as usize);
-                Ok(made)
-            };
-            let cone_shadows = |gpu: &Gpu, technique: &VoxelCone| technique.cone_shadows(gpu);
-            realtime::render(arguments, make, Some(cone_shadows), cones::warn)
-        }
+    if let Some(technique) = TECHNIQUES.iter().find(|of| of.name == arguments.technique) {
+        return realtime::render(arguments, technique);
     }
+    if let Some(name) = arguments.settings.first() {
+        return Err(format!("--{name} is no setting of the technique {REFERENCE}").into());
+    }
+    trace(
+        &arguments.scene,
+        &arguments.adapter,
+        &arguments.output,
+        arguments.frames,
+        arguments.bounces.unwrap_or(REFERENCE_BOUNCES),
+    )
 }
 
 pub fn reference(arguments: &ReferenceArguments) -> CommandResult {
@@ -227,9 +193,8 @@ fn trace(
     n_samples: u32,
     n_bounces: u32,
 ) -> CommandResult {
-    let Ready { camera, size, gpu, info, rays, gpu_scene } =
-        prepare(scene, adapter, output, false)?;
-    let settings = ReferenceSettings {
+    let Ready { camera, size, gpu, info, rays, gpu_scene } = prepare(scene, adapter, output)?;
+    let settings = settings!(ReferenceSettings {
         size,
         n_bounces,
         seed: output.seed,
@@ -239,7 +204,7 @@ fn trace(
         } else {
             0.0
         },
-    };
+    });
 
     let interrupted = interrupt_flag()?;
     if info.device_type == wgpu::DeviceType::Cpu {
@@ -266,7 +231,7 @@ fn trace(
     if rejected > 0 {
         errln!("warning: {rejected} samples were not finite and were left out");
     }
-    write_picture(&sums, size, output)?;
+    write_picture(&sums, size, output, output.channel)?;
     if let Some(file) = &output.timings {
         let pass = serde_json::json!({
             "name": "reference/path_trace",
@@ -275,7 +240,7 @@ fn trace(
             "gpu_ms": stats.gpu_time.map(|time| time.as_secs_f64() * 1e3),
         });
         let count = ("samples_per_pixel", stats.n_samples);
-        write_timings(file, &info, rays, count, stats.wall_time, vec![pass])?;
+        write_timings(file, &info, rays, count, stats.wall_time, vec![pass], &[])?;
     }
     if stats.stopped {
         errln!(
@@ -298,12 +263,11 @@ struct Ready {
     gpu_scene: GpuScene,
 }
 
-/// Loads the scene, opens the device and brings the scene to it. `software_rays`: whatever the device has.
+/// Loads the scene, opens the device and brings the scene to it.
 fn prepare(
     scene: &SceneArguments,
     adapter: &AdapterArguments,
     output: &OutputArguments,
-    software_rays: bool,
 ) -> Result<Ready, Box<dyn std::error::Error>> {
     // A long rendering must not end at a folder that is not there.
     check_writable(&output.output)?;
@@ -313,8 +277,7 @@ fn prepare(
     let diffuse_only = scene.diffuse;
     let Prepared { scene, camera, size } = scene.prepare()?;
     let (gpu, info, rays) = adapter.open()?;
-    let rays = if software_rays { RaySource::Software } else { rays };
-    let gpu_scene = GpuScene::new(&gpu, &scene, GpuSceneOptions { diffuse_only, rays })?;
+    let gpu_scene = GpuScene::new(&gpu, &scene, settings!(GpuSceneOptions { diffuse_only, rays }))?;
     if gpu_scene.skipped_triangles() > 0 {
         errln!(
             "warning: {} triangles have no area or lie too far away and are left out",
@@ -338,8 +301,13 @@ fn interrupt_flag() -> Result<Arc<AtomicBool>, ctrlc::Error> {
 }
 
 /// The channel that was asked for, to the output file.
-fn write_picture(sums: &[PixelSums], size: UVec2, output: &OutputArguments) -> CommandResult {
-    let picture = resolve(sums, size, output.channel.into());
+fn write_picture(
+    sums: &[PixelSums],
+    size: UVec2,
+    output: &OutputArguments,
+    channel: ChannelArgument,
+) -> CommandResult {
+    let picture = resolve(sums, size, channel.into());
     let picture = for_file(picture, output);
     let tone_map = output.tone_map.then_some(ToneMap::KhronosPbrNeutral);
     picture.write(&output.output, &PngOptions { exposure_ev: output.exposure, tone_map })?;
@@ -386,7 +354,14 @@ fn write_timings(
     (counted, count): (&str, u32),
     wall_time: Duration,
     passes: Vec<serde_json::Value>,
+    stats: &[(Stat, u64)],
 ) -> CommandResult {
+    let stats: Vec<_> = stats
+        .iter()
+        .map(|(stat, number)| {
+            serde_json::json!({ "name": stat.name, "unit": stat.unit, "number": number })
+        })
+        .collect();
     let json = serde_json::json!({
         "adapter": info.name,
         "backend": info.backend.to_string(),
@@ -395,6 +370,7 @@ fn write_timings(
         counted: count,
         "wall_ms": wall_time.as_secs_f64() * 1e3,
         "passes": passes,
+        "stats": stats,
     });
     let text = serde_json::to_string_pretty(&json)?;
     write_whole_file(file, |writer| -> std::io::Result<()> { writeln!(writer, "{text}") })

@@ -1,13 +1,12 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A frame's light put together, and its mean over frames: the kernel `frame/composite`.
 
-use super::direct::radiance_target;
-use super::gbuffer::extent;
-use super::{BindGroupCache, Frame, GBuffer};
-use crate::bindings::baseline::kernels::frame::composite as kernel;
-use crate::gpu::Gpu;
-use crate::gpu_scene::GpuScene;
-use crate::pass::compute_pipeline;
-use crate::reference::Film;
+use super::Pixels;
+use crate::bindings::kernels::frame::composite::CompositeInfo;
+use crate::bindings::lucerna::camera::primary_ray::Camera;
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, extent, target};
+use crate::seam::{Revisions, SceneMismatch, SceneSeam, check_shaders};
+use crate::techniques::reference::Film;
 use glam::UVec2;
 
 /// Sums over frames, of the same kind as the reference's: all its channels can be had from them.
@@ -15,31 +14,20 @@ use glam::UVec2;
 pub struct Accumulator {
     film: Film,
     beauty: wgpu::TextureView,
-    /// One for each stripe of the film, so that one submission can hold all their dispatches.
-    infos: Vec<wgpu::Buffer>,
     n_frames: u32,
+    /// Of what the sums are: camera and scene.
+    seen: Option<(Camera, Revisions)>,
 }
 
 impl Accumulator {
     /// An empty one. `size`: at least 1×1 \[pixels\]; 96 bytes a pixel.
     pub fn new(gpu: &Gpu, size: UVec2) -> Self {
         let film = Film::new(gpu, size);
-        let infos = film
-            .stripes()
-            .iter()
-            .map(|_| {
-                gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("composite info"),
-                    size: size_of::<kernel::CompositeInfo>() as u64,
-                    usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                    mapped_at_creation: false,
-                })
-            })
-            .collect();
-        Self { film, beauty: radiance_target(gpu, "beauty", size), infos, n_frames: 0 }
+        let beauty = target(gpu, "beauty", size, wgpu::TextureFormat::Rgba32Float);
+        Self { film, beauty, n_frames: 0, seen: None }
     }
 
-    /// Begins anew with the next frame: the camera or the scene has changed.
+    /// Begins anew with the next frame. (Where the camera or the scene has changed, it does so by itself.)
     pub fn reset(&mut self) {
         self.n_frames = 0;
     }
@@ -49,7 +37,7 @@ impl Accumulator {
         self.n_frames
     }
 
-    /// Sums of all channels; [`resolve`](crate::reference::resolve) makes pictures of them.
+    /// Sums of all channels; [`resolve`](crate::techniques::reference::resolve) makes pictures of them.
     pub fn film(&self) -> &Film {
         &self.film
     }
@@ -63,97 +51,74 @@ impl Accumulator {
 /// The compiled kernel.
 #[derive(Debug)]
 pub struct CompositePass {
-    pipeline: wgpu::ComputePipeline,
-    layout: wgpu::BindGroupLayout,
-    variant: &'static str,
+    kernel: ComputeKernel,
+    shaders: Shaders,
     /// Bound where there is no indirect light.
     black: wgpu::TextureView,
-    groups: BindGroupCache,
 }
 
 impl CompositePass {
-    /// Compiles the kernel in the scene's [variant](GpuScene::variant).
-    pub fn new(gpu: &Gpu, scene: &GpuScene) -> Self {
-        let name = "frame/composite";
-        let device = &gpu.device;
-        let layout = kernel::WgpuBindGroup1::get_bind_group_layout(device);
-        let layouts = [Some(scene.layout()), Some(&layout)];
-        let pipeline = compute_pipeline(gpu, name, scene.variant(), &layouts);
+    /// Compiles the kernel for the scene's variant.
+    pub fn new(gpu: &Gpu, scene: &dyn SceneSeam) -> Self {
+        let (shaders, group) = (scene.shaders(), Some(scene.group()));
+        let format = wgpu::TextureFormat::Rgba32Float;
         Self {
-            pipeline,
-            layout,
-            variant: scene.variant(),
-            black: radiance_target(gpu, "no indirect light", UVec2::ONE),
-            groups: Default::default(),
+            kernel: ComputeKernel::new(gpu, shaders, group, "frame/composite"),
+            shaders: shaders.clone(),
+            black: target(gpu, "no indirect light", UVec2::ONE, format),
         }
     }
 
-    /// Records one dispatch for each stripe of the accumulator, and counts the frame.
+    /// Records one dispatch for each stripe of the accumulator, and counts the frame. The sums begin anew where the
+    /// camera or the scene has changed since the last one.
     ///
     /// `direct`, `indirect`: rgb radiance \[W·sr⁻¹·m⁻²\], `rgba16float` or `rgba32float`, of the
     /// picture's size. A frame whose light is not finite in a pixel is left out there and counted.
     ///
+    /// # Errors
+    /// The scene is not what the kernel was compiled for.
+    ///
     /// # Panics
-    /// If sizes differ, or the scene's variant is another than the one that the kernel was compiled
-    /// for.
+    /// If sizes differ.
     pub fn record(
-        &mut self,
-        frame: &mut Frame,
-        gbuffer: &GBuffer,
+        &self,
+        recorder: &mut Recorder,
+        scene: &dyn SceneSeam,
+        pixels: &Pixels,
         direct: &wgpu::TextureView,
         indirect: Option<&wgpu::TextureView>,
         accumulator: &mut Accumulator,
-    ) {
-        let size = gbuffer.size();
-        assert_eq!(self.variant, frame.scene.variant(), "compiled for another variant");
-        assert_eq!(frame.view.size(), size, "view and G-buffer differ in size");
-        assert_eq!(accumulator.film.size(), size, "G-buffer and accumulator differ in size");
+    ) -> Result<(), SceneMismatch> {
+        check_shaders(&self.shaders, scene)?;
+        let size = pixels.size();
+        assert_eq!(accumulator.film.size(), size, "picture and accumulator differ in size");
         for light in [Some(direct), indirect].into_iter().flatten() {
             assert_eq!(extent(size), light.texture().size(), "light of another size");
         }
-        let uniform = frame.view.uniform();
-        let second = indirect.unwrap_or(&self.black);
-        for (stripe, info) in accumulator.film.stripes().iter().zip(&accumulator.infos) {
-            let values = kernel::CompositeInfo {
+        let now = (pixels.view.data().camera, scene.revisions());
+        if accumulator.seen.replace(now) != Some(now) {
+            accumulator.n_frames = 0;
+        }
+        let pass = &mut recorder.compute(self.kernel.name());
+        for stripe in accumulator.film.stripes() {
+            let info = CompositeInfo {
                 first_row: stripe.first_row,
                 n_rows: stripe.n_rows,
                 is_first: u32::from(accumulator.n_frames == 0),
                 has_indirect: u32::from(indirect.is_some()),
             };
-            frame.gpu.queue.write_buffer(info, 0, bytemuck::bytes_of(&values));
-            let buffers = [uniform, info, &stripe.sums];
-            let views = [&gbuffer.depth, direct, second];
-            let group = self.groups.get(&buffers, &views, || {
-                let entries =
-                    kernel::WgpuBindGroup1Entries::new(kernel::WgpuBindGroup1EntriesParams {
-                        view: uniform.as_entire_buffer_binding(),
-                        info: info.as_entire_buffer_binding(),
-                        albedo: &gbuffer.albedo,
-                        normals: &gbuffer.normals,
-                        emission: &gbuffer.emission,
-                        depth: &gbuffer.depth,
-                        direct,
-                        indirect: second,
-                        sums: stripe.sums.as_entire_buffer_binding(),
-                        beauty: &accumulator.beauty,
-                    });
-                frame.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some("frame/composite"),
-                    layout: &self.layout,
-                    entries: &entries.into_array(),
-                })
-            });
-            let timestamps = frame.timers.as_deref_mut().and_then(|t| t.compute("frame/composite"));
-            let mut pass = frame.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("frame/composite"),
-                timestamp_writes: timestamps,
-            });
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, frame.scene.bind_group(), &[]);
-            pass.set_bind_group(1, &group, &[]);
-            let side = kernel::WORKGROUP;
-            pass.dispatch_workgroups(size.x.div_ceil(side), stripe.n_rows.div_ceil(side), 1);
+            self.kernel
+                .call(pass)
+                .scene(scene.group())
+                .uniform("info", &info)
+                .bind("direct", direct)
+                .bind("indirect", indirect.unwrap_or(&self.black))
+                .bind("sums", &stripe.sums)
+                .bind("beauty", &accumulator.beauty)
+                .with(pixels.bindings())
+                .dispatch(Dispatch::Area(UVec2::new(size.x, stripe.n_rows)));
         }
         accumulator.n_frames += 1;
+        Ok(())
     }
 }

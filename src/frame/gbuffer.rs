@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the camera sees, rasterised: the kernel `frame/gbuffer`.
 
-use super::{BindGroupCache, Frame};
-use crate::bindings::baseline::kernels::frame::gbuffer as kernel;
-use crate::gpu::{Gpu, GpuError};
-use crate::gpu_scene::GpuScene;
-use crate::modules::shader_module;
+use super::{PixelSurfaces, View};
+use crate::gpu::{
+    Bindings, Gpu, GpuError, Recorder, RenderKernel, RenderState, Resource, Shaders, extent,
+};
+use crate::seam::{SceneMismatch, SceneSeam, check_shaders};
 use glam::UVec2;
 
 /// Textures that hold the surface in each pixel, 28 bytes a pixel. What they hold stands in
@@ -72,131 +73,107 @@ impl GBuffer {
         })
     }
 
-    /// Width and height \[pixels\].
-    pub fn size(&self) -> UVec2 {
-        self.size
+    /// Takes the caller's textures, of these formats (or ones that shaders read alike) and one size.
+    ///
+    /// # Errors
+    /// [`GpuError::PictureTooLarge`] never; [`GpuError::OtherFormat`]: a texture's format or size does not fit.
+    pub fn from_views(
+        albedo: wgpu::TextureView,
+        normals: wgpu::TextureView,
+        emission: wgpu::TextureView,
+        motion: wgpu::TextureView,
+        depth: wgpu::TextureView,
+    ) -> Result<Self, GpuError> {
+        let size = albedo.texture().size();
+        for (what, view, format) in [
+            ("albedo", &albedo, Self::ALBEDO),
+            ("normals", &normals, Self::NORMALS),
+            ("emission", &emission, Self::EMISSION),
+            ("motion", &motion, Self::MOTION),
+            ("depth", &depth, Self::DEPTH),
+        ] {
+            let texture = view.texture();
+            if texture.format() != format || texture.size() != size {
+                let found = texture.format();
+                return Err(GpuError::OtherFormat { what, expected: format, found });
+            }
+        }
+        Ok(Self {
+            albedo,
+            normals,
+            emission,
+            motion,
+            depth,
+            size: UVec2::new(size.width, size.height),
+        })
     }
 }
 
-/// Size of a picture's texture.
-pub(super) fn extent(size: UVec2) -> wgpu::Extent3d {
-    wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 }
+impl PixelSurfaces for GBuffer {
+    fn size(&self) -> UVec2 {
+        self.size
+    }
+
+    fn bindings(&self) -> Bindings<'_> {
+        vec![
+            ("albedo_texture", (&self.albedo).into()),
+            ("normal_texture", (&self.normals).into()),
+            ("emission_texture", (&self.emission).into()),
+            ("depth_texture", (&self.depth).into()),
+        ]
+    }
 }
 
 /// The compiled kernel.
 #[derive(Debug)]
 pub struct GBufferPass {
-    pipeline: wgpu::RenderPipeline,
-    layout: wgpu::BindGroupLayout,
-    variant: &'static str,
-    groups: BindGroupCache,
+    kernel: RenderKernel,
+    shaders: Shaders,
 }
 
 impl GBufferPass {
-    /// Compiles the kernel; it serves every scene of the same
-    /// [`raster_variant`](GpuScene::raster_variant).
-    pub fn new(gpu: &Gpu, scene: &GpuScene) -> Self {
-        let name = "frame/gbuffer";
-        let device = &gpu.device;
-        let module = shader_module(gpu, name, scene.raster_variant());
-        let layout = kernel::WgpuBindGroup1::get_bind_group_layout(device);
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(name),
-            bind_group_layouts: &[Some(scene.raster_layout()), Some(&layout)],
-            immediate_size: 0,
-        });
-        let target = |format| {
-            Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL })
-        };
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(name),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some(kernel::ENTRY_CORNER),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },
-            depth_stencil: Some(wgpu::DepthStencilState {
+    /// Compiles the kernel; it serves every scene of the same variant.
+    ///
+    /// # Errors
+    /// [`SceneMismatch::NoRaster`]
+    pub fn new(gpu: &Gpu, scene: &dyn SceneSeam) -> Result<Self, SceneMismatch> {
+        let raster = scene.raster_group().ok_or(SceneMismatch::NoRaster)?;
+        let state = RenderState {
+            targets: &[GBuffer::ALBEDO, GBuffer::NORMALS, GBuffer::EMISSION, GBuffer::MOTION],
+            depth: Some(wgpu::DepthStencilState {
                 format: GBuffer::DEPTH,
                 depth_write_enabled: Some(true),
                 depth_compare: Some(wgpu::CompareFunction::Greater),
                 stencil: Default::default(),
                 bias: Default::default(),
             }),
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(kernel::ENTRY_SURFACE),
-                compilation_options: Default::default(),
-                targets: &[
-                    target(GBuffer::ALBEDO),
-                    target(GBuffer::NORMALS),
-                    target(GBuffer::EMISSION),
-                    target(GBuffer::MOTION),
-                ],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        Self { pipeline, layout, variant: scene.raster_variant(), groups: Default::default() }
+            ..Default::default()
+        };
+        let name = "frame/gbuffer";
+        let kernel = RenderKernel::new(gpu, scene.shaders(), Some(raster), name, name, state);
+        Ok(Self { kernel, shaders: scene.shaders().clone() })
     }
 
     /// Records one render pass that clears and fills the G-buffer.
     ///
+    /// # Errors
+    /// The scene is not what the kernel was compiled for.
+    ///
     /// # Panics
-    /// If the view's size is another than the G-buffer's, or the scene's variant is another than the
-    /// one that the kernel was compiled for.
-    pub fn record(&mut self, frame: &mut Frame, gbuffer: &GBuffer) {
-        let scene = frame.scene;
-        assert_eq!(self.variant, scene.raster_variant(), "compiled for another variant");
-        assert_eq!(frame.view.size(), gbuffer.size, "view and G-buffer differ in size");
-        let uniform = frame.view.uniform();
-        let group = self.groups.get(&[uniform], &[], || {
-            let entries = kernel::WgpuBindGroup1Entries::new(kernel::WgpuBindGroup1EntriesParams {
-                view: uniform.as_entire_buffer_binding(),
-            });
-            frame.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("frame/gbuffer"),
-                layout: &self.layout,
-                entries: &entries.into_array(),
-            })
-        });
-        let cleared = |view| {
-            Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })
-        };
-        let mut pass = frame.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("frame/gbuffer"),
-            color_attachments: &[
-                cleared(&gbuffer.albedo),
-                cleared(&gbuffer.normals),
-                cleared(&gbuffer.emission),
-                cleared(&gbuffer.motion),
-            ],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &gbuffer.depth,
-                depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
-                    store: wgpu::StoreOp::Store,
-                }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: frame.timers.as_deref_mut().and_then(|t| t.render("frame/gbuffer")),
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, scene.raster_bind_group(), &[]);
-        pass.set_bind_group(1, &group, &[]);
-        pass.draw(0..3 * scene.n_triangles(), 0..1);
+    /// If the view's size is another than the G-buffer's.
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &dyn SceneSeam,
+        view: &View,
+        gbuffer: &GBuffer,
+    ) -> Result<(), SceneMismatch> {
+        check_shaders(&self.shaders, scene)?;
+        assert_eq!(view.size(), gbuffer.size, "view and G-buffer differ in size");
+        let targets = [&gbuffer.albedo, &gbuffer.normals, &gbuffer.emission, &gbuffer.motion];
+        let pass = &mut recorder.render("frame/gbuffer", &targets, Some(&gbuffer.depth));
+        let bound = [("view", Resource::Uniform(bytemuck::bytes_of(view.data())))];
+        self.kernel.draw(pass, scene.raster_group(), &bound, 3 * scene.facts().n_triangles);
+        Ok(())
     }
 }

@@ -1,98 +1,85 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The frame that all real-time techniques share: G-buffer, direct light, a technique's indirect
 //! light, and their sum over frames.
 //!
 //! ```text
-//! View::advance      camera, jitter, matrices          -> uniform buffer
+//! View::advance      camera, jitter, matrices          -> what kernels bind as `view`
 //! ShadowMaps         what lights see, where asked for  -> depth maps
-//! GBufferPass        rasterises the scene              -> GBuffer
 //! Technique::update  what the technique keeps up to date
+//! GBufferPass        rasterises the scene              -> GBuffer
 //! DirectPass         lights; shadows by rays, maps or cones -> radiance
 //! Technique::shade   indirect light                    -> radiance
 //! CompositePass      emitted + direct + indirect       -> Accumulator
 //! ```
 //!
-//! Passes record into the caller's encoder ([`Frame`]). Nothing here submits, waits or reads back,
-//! and from the second frame on nothing is allocated as long as textures and buffers stay the same.
-//! [`View::advance`] and [`Accumulator`] write their uniforms with `queue.write_buffer`, which takes
-//! effect at the next submission: submit each frame before the next one is begun.
+//! Passes record into the caller's encoder ([`Recorder`]). Nothing here submits, waits or reads back,
+//! and from the third frame on nothing is allocated as long as textures and buffers stay the same. Everything takes effect in the
+//! order of recording: several views, techniques and frames can stand in one submission.
 //!
 //! | pass | reads | writes |
 //! |---|---|---|
 //! | `frame/gbuffer` | scene, view | the five textures of [`GBuffer`] |
-//! | `frame/direct` | scene, view, G-buffer | `rgba32float` radiance, a count of rejected pixels |
-//! | `frame/composite` | scene (the sky), view, G-buffer, direct, indirect | sums, `rgba32float` beauty |
+//! | `frame/direct` | scene, view, pixels | `rgba32float` radiance, a count of rejected pixels |
+//! | `frame/composite` | scene (the sky), view, pixels, direct, indirect | sums, `rgba32float` beauty |
 
-mod bind_groups;
 mod composite;
 mod direct;
 mod gbuffer;
-mod timers;
 mod view;
 
-use crate::gpu::{Gpu, GpuError};
-use crate::gpu_scene::GpuScene;
-use crate::shadow::ShadowMaps;
+use crate::components::LightVisibility;
+use crate::components::shadow_maps::ShadowMaps;
+use crate::components::voxel_light::Eye;
+use crate::gpu::{Bindings, Gpu, GpuError, Recorder, Resource, target};
+use crate::seam::{SceneMismatch, SceneSeam};
+use crate::techniques::{Technique, TechniqueError};
+use glam::UVec2;
 
-pub use bind_groups::BindGroupCache;
+pub use crate::bindings::lucerna::frame::view::FrameView;
 pub use composite::{Accumulator, CompositePass};
-pub(crate) use direct::radiance_target;
 pub use direct::{DirectPass, DirectSettings};
 pub use gbuffer::{GBuffer, GBufferPass};
-pub use timers::PassTimers;
 pub use view::{View, ViewSettings};
 
-/// What a pass needs to record its part of a frame.
-pub struct Frame<'a> {
-    /// The device.
-    pub gpu: &'a Gpu,
-    /// Where passes are recorded.
-    pub encoder: &'a mut wgpu::CommandEncoder,
-    /// Bind group 0.
-    pub scene: &'a GpuScene,
-    /// Camera, frame index, seed, as a uniform buffer ([`View::uniform`]) and on the CPU ([`View::data`]).
+/// What the pixels of a picture see: bindings of `lucerna::scene::pixel`. [`GBuffer`] is lucerna's own; a renderer with
+/// another one replaces that module ([`Shaders::with_module`](crate::gpu::Shaders::with_module)) and implements this.
+pub trait PixelSurfaces {
+    /// Width and height \[pixels\].
+    fn size(&self) -> UVec2;
+
+    /// What the module binds in group 2 besides `view`, by the names of its variables.
+    fn bindings(&self) -> Bindings<'_>;
+}
+
+/// A picture's camera, and what its pixels see.
+#[derive(Clone, Copy)]
+pub struct Pixels<'a> {
+    /// The camera.
     pub view: &'a View,
-    /// Where passes write GPU timestamps, if they are to be timed.
-    pub timers: Option<&'a mut PassTimers>,
+    /// What the pixels see.
+    pub surfaces: &'a dyn PixelSurfaces,
 }
 
-/// A technique of indirect light.
-///
-/// A technique is made by a function of its own (`new(&Gpu, &GpuScene, Settings)`).
-pub trait Technique {
-    /// Why a frame could not be recorded.
-    type Error: std::error::Error + Send + Sync + 'static;
-
-    /// Brings up to date what the technique keeps between frames: injects, gathers, bounces. Called
-    /// once a frame, before the G-buffer is read.
+impl<'a> Pixels<'a> {
+    /// Both together.
     ///
-    /// # Errors
-    /// The technique does not fit the scene any more. What was recorded until then does no harm.
-    fn update(&mut self, frame: &mut Frame) -> Result<(), Self::Error>;
-
-    /// Records indirect light of every pixel and returns where it will stand: a texture of the
-    /// picture's size, `rgba16float` or `rgba32float`, rgb: radiance that the surface reflects
-    /// towards the camera \[W·sr⁻¹·m⁻²\] of light that was reflected at least once before; 0 where
-    /// there is no surface; a: ambient occlusion ([`crate::reference::Channel::Openness`]), 1 if it is not
-    /// known. None: there is none.
-    ///
-    /// The surface as `frame::gbuffer::decode_gbuffer` returns it is what reflects: a white
-    /// Lambertian where irradiance is asked for.
-    fn shade(&mut self, frame: &mut Frame, gbuffer: &GBuffer) -> Option<wgpu::TextureView>;
-}
-
-/// No indirect light: direct light alone.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoIndirect;
-
-impl Technique for NoIndirect {
-    type Error = std::convert::Infallible;
-
-    fn update(&mut self, _frame: &mut Frame) -> Result<(), Self::Error> {
-        Ok(())
+    /// # Panics
+    /// If they differ in size.
+    pub fn new(view: &'a View, surfaces: &'a dyn PixelSurfaces) -> Self {
+        assert_eq!(view.size(), surfaces.size(), "view and surfaces differ in size");
+        Self { view, surfaces }
     }
 
-    fn shade(&mut self, _frame: &mut Frame, _gbuffer: &GBuffer) -> Option<wgpu::TextureView> {
-        None
+    /// Width and height \[pixels\].
+    pub fn size(&self) -> UVec2 {
+        self.view.size()
+    }
+
+    /// What kernels bind in group 2.
+    pub fn bindings(&self) -> Bindings<'a> {
+        let mut bindings = self.surfaces.bindings();
+        bindings.push(("view", Resource::Uniform(bytemuck::bytes_of(self.view.data()))));
+        bindings
     }
 }
 
@@ -105,80 +92,116 @@ pub struct FramePasses {
     pub direct: DirectPass,
     /// Sums over frames.
     pub accumulator: Accumulator,
-    /// Drawn before anything else, in the next frame alone if [`Self::shadows_changed`] says so.
+    /// Drawn before anything else where the scene has changed.
     pub shadow_maps: Option<ShadowMaps>,
-    shadows_are_stale: bool,
+    /// Shown instead of the technique's light, if it has such a debug view.
+    pub debug_view: Option<String>,
+    indirect: wgpu::TextureView,
     gbuffer_pass: GBufferPass,
     composite: CompositePass,
 }
 
 impl FramePasses {
-    /// Compiles the passes for the scene's variant and makes targets of this size \[pixels\].
+    /// Compiles the passes for the scene's variant and makes targets of this size \[pixels\]. Lights are seen by rays.
     ///
     /// # Errors
-    /// As [`GBuffer::new`].
+    /// As [`GBuffer::new`], or [`SceneMismatch::NoRaster`].
     pub fn new(
         gpu: &Gpu,
-        scene: &GpuScene,
-        size: glam::UVec2,
+        scene: &dyn SceneSeam,
+        size: UVec2,
         direct: DirectSettings,
-    ) -> Result<Self, GpuError> {
+    ) -> Result<Self, FrameError> {
+        Self::with_visibility(gpu, scene, size, direct, &LightVisibility::rays())
+    }
+
+    /// As [`Self::new`], with something else to tell which lights pixels see. (Put the shadow maps that it is of into
+    /// [`Self::shadow_maps`].)
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_visibility(
+        gpu: &Gpu,
+        scene: &dyn SceneSeam,
+        size: UVec2,
+        direct: DirectSettings,
+        visibility: &LightVisibility,
+    ) -> Result<Self, FrameError> {
+        let gbuffer = GBuffer::new(gpu, size)?;
         Ok(Self {
-            gbuffer: GBuffer::new(gpu, size)?,
-            direct: DirectPass::new(gpu, scene, size, direct),
+            gbuffer,
+            direct: DirectPass::new(gpu, scene, size, direct, visibility),
             accumulator: Accumulator::new(gpu, size),
             shadow_maps: None,
-            shadows_are_stale: true,
-            gbuffer_pass: GBufferPass::new(gpu, scene),
+            debug_view: None,
+            indirect: target(gpu, "indirect", size, wgpu::TextureFormat::Rgba32Float),
+            gbuffer_pass: GBufferPass::new(gpu, scene)?,
             composite: CompositePass::new(gpu, scene),
         })
     }
 
-    /// Says that lights or triangles have changed: shadow maps are drawn anew in the next frame.
-    pub fn shadows_changed(&mut self) {
-        self.shadows_are_stale = true;
-    }
-
-    /// Records what comes before the picture: shadow maps if they are stale, and the technique's update.
+    /// Records what comes before the picture: shadow maps where the scene has changed, and the technique's update.
     ///
     /// # Errors
-    /// Those of [`Technique::update`].
-    pub fn update<T: Technique>(
+    /// Those of [`Technique::update`] and [`ShadowMaps::record`].
+    pub fn update(
         &mut self,
-        frame: &mut Frame,
-        technique: &mut T,
-    ) -> Result<(), T::Error> {
-        if let Some(maps) = self.shadow_maps.as_ref().filter(|_| self.shadows_are_stale) {
-            maps.record(frame);
+        recorder: &mut Recorder,
+        scene: &dyn SceneSeam,
+        view: &View,
+        technique: &mut dyn Technique,
+    ) -> Result<(), TechniqueError> {
+        if let Some(maps) = &mut self.shadow_maps {
+            maps.record(recorder, scene)?;
         }
-        self.shadows_are_stale = false;
-        technique.update(frame)
+        technique.update(recorder, scene, &Eye::from(view))
     }
 
     /// Records one frame and adds it to the accumulator.
     ///
     /// # Errors
-    /// Those of [`Technique::update`].
+    /// As [`Self::update`].
     ///
     /// # Panics
-    /// If the view's size is another than the targets', or the scene's variant another than the one
-    /// that the passes were compiled for.
-    pub fn record<T: Technique>(
+    /// If the view's size is another than the targets'.
+    pub fn record(
         &mut self,
-        frame: &mut Frame,
-        technique: &mut T,
-    ) -> Result<(), T::Error> {
-        self.update(frame, technique)?;
-        self.gbuffer_pass.record(frame, &self.gbuffer);
-        self.direct.record(frame, &self.gbuffer);
-        let indirect = technique.shade(frame, &self.gbuffer);
-        self.composite.record(
-            frame,
-            &self.gbuffer,
-            self.direct.radiance(),
-            indirect.as_ref(),
-            &mut self.accumulator,
-        );
+        recorder: &mut Recorder,
+        scene: &dyn SceneSeam,
+        view: &View,
+        technique: &mut dyn Technique,
+    ) -> Result<(), TechniqueError> {
+        self.update(recorder, scene, view, technique)?;
+        self.gbuffer_pass.record(recorder, scene, view, &self.gbuffer)?;
+        let pixels = Pixels::new(view, &self.gbuffer);
+        self.direct.record(recorder, scene, &pixels)?;
+        let shades = technique.shades();
+        match &self.debug_view {
+            Some(name) => technique.shade_debug_view(recorder, &pixels, &self.indirect, name)?,
+            None if shades => technique.shade(recorder, &pixels, &self.indirect)?,
+            None => {}
+        }
+        let has_indirect = shades || self.debug_view.is_some();
+        let indirect = has_indirect.then_some(&self.indirect);
+        let (direct, sums) = (self.direct.radiance(), &mut self.accumulator);
+        self.composite.record(recorder, scene, &pixels, direct, indirect, sums)?;
         Ok(())
     }
+
+    /// Indirect light of the last frame, `rgba32float`.
+    pub fn indirect(&self) -> &wgpu::TextureView {
+        &self.indirect
+    }
+}
+
+/// The passes of a frame could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// A limit of the device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The scene gives nothing to rasterise.
+    #[error(transparent)]
+    Scene(#[from] SceneMismatch),
 }

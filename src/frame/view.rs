@@ -1,14 +1,15 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The camera of a frame: matrices, jitter, the uniform that all kernels share.
 
-use crate::bindings::baseline::lucerna::frame::view::FrameView;
-use crate::gpu::Gpu;
-use crate::gpu_scene::GpuScene;
-use crate::reference::camera_for_size;
+use crate::bindings::lucerna::frame::view::FrameView;
 use crate::scene::{Camera, Projection};
+use crate::seam::{SceneFacts, SceneSeam};
+use crate::techniques::reference::camera_for_size;
 use glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec2};
 
 /// What does not follow from camera and scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ViewSettings {
     /// Frames that will be averaged. 1: no jitter. More: each frame samples the pixel elsewhere, so
     /// that the mean converges to the pixel's box filter, and textures are read that much sharper.
@@ -31,36 +32,22 @@ impl Default for ViewSettings {
     }
 }
 
-/// The camera of the present frame, on the CPU and the GPU.
-#[derive(Debug)]
+/// The camera of the present frame.
+#[derive(Clone, Debug)]
 pub struct View {
-    uniform: wgpu::Buffer,
     data: FrameView,
     n_frames: u32,
 }
 
 impl View {
     /// `size`: at least 1×1 \[pixels\]. Nothing is seen before [`Self::advance`].
-    pub fn new(gpu: &Gpu, size: UVec2) -> Self {
-        let data = FrameView { size, ..bytemuck::Zeroable::zeroed() };
-        let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("frame view"),
-            size: size_of::<FrameView>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        Self { uniform, data, n_frames: 0 }
+    pub fn new(size: UVec2) -> Self {
+        Self { data: FrameView { size, ..bytemuck::Zeroable::zeroed() }, n_frames: 0 }
     }
 
-    /// Begins the next frame. Takes effect with the next submission: the frame before must have been
-    /// submitted.
-    pub fn advance(
-        &mut self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        camera: &Camera,
-        settings: &ViewSettings,
-    ) {
+    /// Begins the next frame.
+    pub fn advance(&mut self, scene: &dyn SceneSeam, camera: &Camera, settings: &ViewSettings) {
+        let scene = scene.facts();
         let size = self.data.size;
         let near = settings.near.unwrap_or_else(|| near_of(scene));
         let range = orthographic_range(camera, scene, near);
@@ -81,16 +68,15 @@ impl View {
             seed: settings.seed,
             near,
             footprint: 1.0 / (settings.n_accumulated.max(1) as f32).sqrt(),
-            lambert: u32::from(scene.is_diffuse_only()),
+            lambert: u32::from(scene.diffuse_only),
             irradiance: u32::from(settings.irradiance),
             inverse_range: 1.0 / range,
             occlusion_distance: settings.occlusion_distance,
-            emission_scale: emission_scale(scene.brightest_emission()),
+            emission_scale: emission_scale(scene.brightest_emission),
             reserved_a: 0,
             reserved_b: 0,
             reserved_c: 0,
         };
-        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.data));
         self.n_frames += 1;
     }
 
@@ -99,12 +85,7 @@ impl View {
         self.n_frames = 0;
     }
 
-    /// [`FrameView`] for `var<uniform>`.
-    pub fn uniform(&self) -> &wgpu::Buffer {
-        &self.uniform
-    }
-
-    /// The same on the CPU.
+    /// What kernels bind as `view`.
     pub fn data(&self) -> &FrameView {
         &self.data
     }
@@ -138,11 +119,10 @@ fn jitter(ix: u32) -> Vec2 {
 }
 
 /// The near plane's distance where none is asked for \[m\].
-fn near_of(scene: &GpuScene) -> f32 {
+fn near_of(scene: &SceneFacts) -> f32 {
     const NEAR: f32 = 1e-5;
     const SHARE: f32 = 1e-4;
-    let (min, max) = scene.bounds();
-    let share = SHARE * (max - min).length();
+    let share = SHARE * scene.diagonal();
     // A scene of one point has no size.
     if share > 0.0 { share.min(NEAR) } else { NEAR }
 }
@@ -157,8 +137,8 @@ fn emission_scale(brightest: f32) -> f32 {
 }
 
 /// How deep an orthographic camera must see to see all of the scene \[m\].
-fn orthographic_range(camera: &Camera, scene: &GpuScene, near: f32) -> f32 {
-    let (min, max) = scene.bounds();
+fn orthographic_range(camera: &Camera, scene: &SceneFacts, near: f32) -> f32 {
+    let (min, max) = (scene.bounds_min, scene.bounds_max);
     let corner = glam::Vec3::select(camera.forward.cmpge(glam::Vec3::ZERO), max, min);
     let deepest = (corner - camera.position).dot(camera.forward) - near;
     // A scene behind the camera still needs a matrix.

@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! All material textures in one array texture, each with its own mips.
 
 use super::GpuSceneError;
-use crate::bindings::host::scene as wgsl;
+use crate::bindings::lucerna::scene::data as wgsl;
 use crate::gpu::Gpu;
 use crate::scene::{Filter, Image, Scene, TextureRef, Wrap};
 use etagere::{AtlasAllocator, size2};

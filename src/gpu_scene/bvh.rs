@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The compressed wide BVH, and the adapter's own acceleration structure.
 
 use super::bvh_height::{around, groups_of_one_center, limit_height};
-use crate::bindings::host::rays::BvhNode;
+use crate::bindings::lucerna::scene::rays::BvhNode;
 use crate::gpu::Gpu;
 use glam::{UVec4, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -11,7 +12,7 @@ use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
 use obvhs::ploc::PlocBuilder;
 use wgpu::util::DeviceExt;
 
-pub use crate::bindings::host::rays::STACK_SIZE;
+pub use crate::bindings::lucerna::scene::rays::STACK_SIZE;
 
 /// A BVH of eight children a node over triangles (Ylitie, Karras, Laine 2017), built by obvhs.
 #[derive(Clone, Default)]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Binary trees made less high.
 //!
 //! Builders that go by surface areas make chains of what lies one within the other: n triangles with one centre, or of sizes

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Meshes and instances as one list of world-space triangles.
 
 use super::atlas::{Atlas, Encoding};
-use super::lights::LightTable;
-use crate::bindings::host::scene as wgsl;
-use crate::scene::{AlphaMode, Scene, TextureRef};
+use crate::bindings::lucerna::scene::data as wgsl;
+use crate::scene::{AlphaMode, Material, Scene, TextureRef};
 use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
 
 /// Beyond this the products in ray tests leave f32's range.
@@ -88,7 +88,6 @@ impl WorldTriangles {
     pub(super) fn ray_triangles(
         &self,
         scene: &Scene,
-        lights: &LightTable,
         moving: &dyn Fn(usize) -> bool,
     ) -> Vec<wgsl::Triangle> {
         let moving: Vec<bool> = (0..scene.instances.len()).map(moving).collect();
@@ -107,7 +106,8 @@ impl WorldTriangles {
                     corner_b,
                     material: material as u32,
                     corner_c,
-                    light: lights.of_triangle(ix),
+                    // Once the light table is made.
+                    light: wgsl::NONE,
                 }
             })
             .collect()
@@ -214,16 +214,6 @@ pub(super) fn materials(scene: &Scene, atlas: &Atlas) -> Vec<wgsl::Material> {
         .materials
         .iter()
         .map(|material| wgsl::Material {
-            base_color: material.base_color,
-            emission: material.emission,
-            metallic: material.metallic,
-            roughness: material.roughness,
-            normal_scale: material.normal_scale,
-            alpha_cutoff: match material.alpha {
-                AlphaMode::Opaque => -1.0,
-                AlphaMode::Mask { cutoff } => cutoff.max(0.0),
-            },
-            flags: if material.double_sided { wgsl::MATERIAL_DOUBLE_SIDED } else { 0 },
             base_color_texture: slot(&material.base_color_texture, Encoding::Srgb),
             metallic_roughness_texture: slot(
                 &material.metallic_roughness_texture,
@@ -231,8 +221,29 @@ pub(super) fn materials(scene: &Scene, atlas: &Atlas) -> Vec<wgsl::Material> {
             ),
             normal_texture: slot(&material.normal_texture, Encoding::Linear),
             emission_texture: slot(&material.emission_texture, Encoding::Srgb),
+            ..factors(material)
         })
         .collect()
+}
+
+/// A material without its textures.
+pub(super) fn factors(material: &Material) -> wgsl::Material {
+    wgsl::Material {
+        base_color: material.base_color,
+        emission: material.emission,
+        metallic: material.metallic,
+        roughness: material.roughness,
+        normal_scale: material.normal_scale,
+        alpha_cutoff: match material.alpha {
+            AlphaMode::Opaque => -1.0,
+            AlphaMode::Mask { cutoff } => cutoff.max(0.0),
+        },
+        flags: if material.double_sided { wgsl::MATERIAL_DOUBLE_SIDED } else { 0 },
+        base_color_texture: EMPTY_SLOT,
+        metallic_roughness_texture: EMPTY_SLOT,
+        normal_texture: EMPTY_SLOT,
+        emission_texture: EMPTY_SLOT,
+    }
 }
 
 const EMPTY_SLOT: wgsl::TextureSlot = wgsl::TextureSlot {
@@ -247,7 +258,7 @@ const EMPTY_SLOT: wgsl::TextureSlot = wgsl::TextureSlot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Instance, Material, Mesh};
+    use crate::scene::{Instance, Mesh};
     use glam::Affine3A;
 
     #[test]

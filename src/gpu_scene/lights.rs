@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The list from which kernels draw lights: punctual lights, emissive triangles, the sky.
 
-use super::flatten::WorldTriangles;
-use super::sky::SkyTextures;
-use crate::bindings::host::scene as wgsl;
-use crate::scene::{Light, Scene, Texture};
+use crate::bindings::lucerna::scene::data as wgsl;
+use crate::scene::{Light, Material, Scene, Texture};
+use crate::seam::LightPeak;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -20,69 +20,83 @@ pub struct LightTable {
     peaks: Vec<LightPeak>,
 }
 
-/// The most that a light sends anywhere: a bound on the irradiance of surfaces that stand no nearer to it
-/// than some distance.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LightPeak {
-    /// What falls off with the square of the distance \[W·sr⁻¹\].
-    pub intensity: f32,
-    /// What does not \[W·m⁻²\].
-    pub irradiance: f32,
+/// What a material emits, for the light table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialEmission {
+    /// Luminance on average over its texture.
+    pub mean: f32,
+    /// The texture's mean of it, by which the factor is multiplied.
+    pub texture: f32,
+    /// Largest component of the factor.
+    pub largest: f32,
+    pub double_sided: bool,
 }
 
-impl LightPeak {
-    /// The bound at a distance \[m\], in W·m⁻².
-    pub fn at(self, distance: f32) -> f32 {
-        self.intensity / (distance * distance) + self.irradiance
+impl MaterialEmission {
+    pub fn of(scene: &Scene, material_ix: usize) -> Self {
+        let material = &scene.materials[material_ix];
+        let texture = texture_emission(scene, material);
+        Self::with_texture(material, texture)
     }
 
-    fn scaled(self, factor: f32) -> Self {
-        Self { intensity: factor * self.intensity, irradiance: factor * self.irradiance }
-    }
-
-    fn max(self, other: Self) -> Self {
+    /// Of a material with another factor on the same texture.
+    pub fn with_texture(material: &Material, texture: f32) -> Self {
         Self {
-            intensity: self.intensity.max(other.intensity),
-            irradiance: self.irradiance.max(other.irradiance),
+            mean: luminance(material.emission) * texture,
+            texture,
+            largest: material.emission.max_element(),
+            double_sided: material.double_sided,
         }
     }
 }
 
+/// What the sky is to the light table.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyLight {
+    /// Over the sphere.
+    pub mean_luminance: f32,
+}
+
 impl LightTable {
-    /// `radius`: half the diagonal of the scene's box [m], for lights from infinitely far.
-    pub fn build(scene: &Scene, world: &WorldTriangles, radius: f32, sky: &SkyTextures) -> Self {
+    /// `triangles`: their corners and material; `emission`: of the materials; `radius`: half the diagonal of the scene's box
+    /// [m], for lights from infinitely far.
+    pub fn build(
+        lights: &[Light],
+        triangles: &[wgsl::Triangle],
+        emission: &[MaterialEmission],
+        radius: f32,
+        sky: SkyLight,
+    ) -> Self {
         let mut entries = Vec::new();
         let mut powers = Vec::new();
         let mut peaks = Vec::new();
-        for light in &scene.lights {
+        for light in lights {
             entries.push(punctual(light));
             powers.push(power(light, radius));
             peaks.push(match light {
                 Light::Point { intensity, .. } | Light::Spot { intensity, .. } => {
-                    LightPeak { intensity: intensity.max_element(), irradiance: 0.0 }
+                    LightPeak::new(intensity.max_element(), 0.0)
                 }
                 Light::Directional { irradiance, .. } => {
-                    LightPeak { intensity: 0.0, irradiance: irradiance.max_element() }
+                    LightPeak::new(0.0, irradiance.max_element())
                 }
             });
         }
         let mut by_triangle = Vec::new();
-        let emission: Vec<f32> =
-            (0..scene.materials.len()).map(|ix| mean_emission(scene, ix)).collect();
-        for (ix, &[a, b, c]) in world.positions.iter().enumerate() {
-            let material = world.material(scene, ix);
-            if emission[material] > 0.0 {
+        for (ix, triangle) in triangles.iter().enumerate() {
+            let material = emission[triangle.material as usize];
+            if material.mean > 0.0 {
+                let (a, b, c) = (triangle.corner_a, triangle.corner_b, triangle.corner_c);
                 let area = 0.5 * (b - a).cross(c - a).length();
-                let sides = if scene.materials[material].double_sided { 2.0 } else { 1.0 };
+                let sides = if material.double_sided { 2.0 } else { 1.0 };
                 by_triangle.push((ix, entries.len() as u32));
                 entries.push(wgsl::Light {
                     kind: wgsl::LIGHT_TRIANGLE,
                     triangle: ix as u32,
                     ..NO_LIGHT
                 });
-                powers.push(PI * area * emission[material] * sides);
-                let radiance = scene.materials[material].emission.max_element();
-                peaks.push(LightPeak { intensity: area * radiance, irradiance: 0.0 });
+                powers.push(PI * area * material.mean * sides);
+                peaks.push(LightPeak::new(area * material.largest, 0.0));
             }
         }
         let mut sky_ix = wgsl::NONE;
@@ -93,9 +107,9 @@ impl LightTable {
             powers.push(4.0 * PI * radius * radius * PI * sky.mean_luminance);
             // It is drawn by luminance, of which a channel is at most 1/0.0722.
             let irradiance = 4.0 * PI * sky.mean_luminance / LUMINANCE.z;
-            peaks.push(LightPeak { intensity: 0.0, irradiance });
+            peaks.push(LightPeak::new(0.0, irradiance));
         }
-        let n_punctual = scene.lights.len();
+        let n_punctual = lights.len();
         for (entry, drawn) in entries.iter_mut().zip(alias_table(&powers)) {
             entry.probability = drawn.probability;
             entry.alias_threshold = drawn.threshold;
@@ -216,18 +230,16 @@ fn power(light: &Light, radius: f32) -> f32 {
     }
 }
 
-/// Luminance that the material emits on average over its texture.
-fn mean_emission(scene: &Scene, material: usize) -> f32 {
-    let material = &scene.materials[material];
-    let factor = luminance(material.emission);
+/// The mean of a material's emission texture; 1 where it has none.
+fn texture_emission(scene: &Scene, material: &Material) -> f32 {
     match &material.emission_texture {
-        Some(texture) if factor > 0.0 => {
+        Some(texture) if luminance(material.emission) > 0.0 => {
             let Texture { image, .. } = scene.textures[texture.texture];
             let texels = &scene.images[image].rgba;
             let sum: f64 = texels.iter().map(|t| f64::from(t[0].max(t[1]).max(t[2]))).sum();
-            factor * (sum / (255.0 * texels.len().max(1) as f64)) as f32
+            (sum / (255.0 * texels.len().max(1) as f64)) as f32
         }
-        _ => factor,
+        _ => 1.0,
     }
 }
 

@@ -1,4 +1,5 @@
-//! A [`Scene`] on the GPU, behind the host seam: bind group 0 of every kernel.
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A [`Scene`] on the GPU, behind the scene seam: bind group 0 of every kernel.
 
 mod atlas;
 mod bvh;
@@ -8,23 +9,25 @@ mod lights;
 mod sky;
 mod surroundings;
 
-use crate::bindings::baseline::kernels::frame::gbuffer as raster_seam;
-use crate::bindings::baseline::kernels::reference::path_trace as seam;
-use crate::bindings::host::scene::{Light, SceneInfo};
-use crate::bindings::ray_query::kernels::reference::path_trace as ray_query_seam;
-use crate::gpu::{Gpu, GpuError};
-use crate::scene::{Scene, Sky};
+use crate::bindings::lucerna::scene::data::{
+    self as wgsl, MATERIAL_TEXELS, MATERIALS_PER_ROW, SceneInfo,
+};
+use crate::gpu::{Gpu, GpuError, Recorder, SceneGroup, Shaders, scene_layout};
+use crate::modules::kernel;
+use crate::scene::{Light, Material, Scene, Sky};
+use crate::seam::{Change, PunctualLight, Revisions, SceneFacts, SceneSeam, Surroundings};
+use crate::shader::{Binding, Interface, NO_TEXTURES, RAY_QUERY, Source, Variant};
 use bytemuck::NoUninit;
 use glam::Vec3;
+use lights::{LightTable, MaterialEmission, SkyLight};
 use wgpu::util::DeviceExt;
 
 pub use bvh::{Bvh, STACK_SIZE, build_obvhs};
 pub use flatten::WorldTriangles;
-pub use lights::LightPeak;
-pub use surroundings::Surroundings;
 
 /// How a scene is put on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct GpuSceneOptions {
     /// Every surface is Lambert with its base colour as albedo: metallic is ignored and normal maps
     /// are not applied.
@@ -33,7 +36,21 @@ pub struct GpuSceneOptions {
     pub rays: RaySource,
 }
 
-/// What stands behind `lucerna::host::rays`.
+impl GpuSceneOptions {
+    /// The same, with every surface Lambert or not.
+    pub fn diffuse_only(mut self, diffuse_only: bool) -> Self {
+        self.diffuse_only = diffuse_only;
+        self
+    }
+
+    /// The same, with another source of rays.
+    pub fn rays(mut self, rays: RaySource) -> Self {
+        self.rays = rays;
+        self
+    }
+}
+
+/// What stands behind `lucerna::scene::rays`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RaySource {
     /// A BVH in storage buffers; runs everywhere.
@@ -64,30 +81,103 @@ pub enum GpuSceneError {
     NoRayQuery,
 }
 
-/// Buffers and textures of a scene with their bind group.
+/// Buffers and textures of a scene with their bind group. Lights, sky and the factors of materials can be changed; what
+/// techniques keep follows by itself ([`Revisions`]).
 #[derive(Debug)]
 pub struct GpuScene {
+    facts: SceneFacts,
+    revisions: Revisions,
+    shaders: Shaders,
     info: SceneInfo,
     rays: RaySource,
-    layout: wgpu::BindGroupLayout,
-    bind_group: wgpu::BindGroup,
-    raster_layout: wgpu::BindGroupLayout,
-    raster_bind_group: wgpu::BindGroup,
+    resources: Resources,
+    group: SceneGroup,
+    raster_group: SceneGroup,
     memory: SceneMemory,
     skipped_triangles: usize,
-    textured: bool,
-    brightest: f32,
-    punctual_peaks: Vec<LightPeak>,
-    punctual_lights: Vec<Light>,
-    drawn_peak: LightPeak,
-    drawn_extended_peak: LightPeak,
+    lights: Vec<Light>,
+    sky_luminance: f32,
+    /// As the kernels have them.
+    triangles: Vec<wgsl::Triangle>,
+    materials: Vec<wgsl::Material>,
+    emission: Vec<MaterialEmission>,
     cpu_rays: surroundings::CpuRays,
-    // An acceleration structure must outlive its use; the bind group holds the buffers.
-    _acceleration: Option<(wgpu::Blas, wgpu::Tlas)>,
+}
+
+/// What bind group 0 binds, by the names of the shaders' variables.
+#[derive(Debug)]
+struct Resources {
+    info: wgpu::Buffer,
+    triangles: wgpu::Buffer,
+    shading: wgpu::Buffer,
+    materials: wgpu::TextureView,
+    lights: wgpu::Buffer,
+    atlas: wgpu::TextureView,
+    sky_image: wgpu::TextureView,
+    sky_distribution: wgpu::TextureView,
+    rays: RayStructure,
+}
+
+#[derive(Debug)]
+enum RayStructure {
+    Nodes(wgpu::Buffer),
+    // An acceleration structure must outlive its use.
+    Acceleration(
+        wgpu::Tlas,
+        #[expect(dead_code, reason = "owned by the structure above")] wgpu::Blas,
+    ),
+}
+
+impl Resources {
+    fn group(
+        &self,
+        gpu: &Gpu,
+        layout: &wgpu::BindGroupLayout,
+        interface: &Interface,
+    ) -> SceneGroup {
+        let entries: Vec<_> = interface
+            .group(0)
+            .map(|Binding { binding, name, .. }| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: match &**name {
+                    "scene" => self.info.as_entire_binding(),
+                    "triangles" => self.triangles.as_entire_binding(),
+                    "triangle_shading" => self.shading.as_entire_binding(),
+                    "material_words" => wgpu::BindingResource::TextureView(&self.materials),
+                    "lights" => self.lights.as_entire_binding(),
+                    "atlas" => wgpu::BindingResource::TextureView(&self.atlas),
+                    "sky_image" => wgpu::BindingResource::TextureView(&self.sky_image),
+                    "sky_distribution" => {
+                        wgpu::BindingResource::TextureView(&self.sky_distribution)
+                    }
+                    "bvh_nodes" | "acceleration" => match &self.rays {
+                        RayStructure::Nodes(nodes) => nodes.as_entire_binding(),
+                        RayStructure::Acceleration(tlas, _) => tlas.as_binding(),
+                    },
+                    other => unreachable!("the scene seam binds `{other}`"),
+                },
+            })
+            .collect();
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scene"),
+            layout,
+            entries: &entries,
+        });
+        SceneGroup { layout: layout.clone(), group }
+    }
+}
+
+/// A kernel that asks all that the seam binds, and one that asks what the rasteriser needs.
+const ASKS_ALL: &str = "reference/path_trace";
+const ASKS_RASTER: &str = "frame/gbuffer";
+
+fn interface_of(name: &str, variant: Variant) -> &'static Interface {
+    &kernel(name, variant).expect("one of the crate's own kernels").interface
 }
 
 /// Bytes on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SceneMemory {
     /// Nodes of the software BVH.
     pub bvh_nodes: u64,
@@ -126,150 +216,229 @@ impl GpuScene {
         let bvh = Bvh::build(&world.positions);
         world.reorder(bvh.triangle_order());
         let (bounds_min, bounds_max) = world.bounds();
-        let radius = 0.5 * (bounds_max - bounds_min).length();
 
         let sky = sky::SkyTextures::upload(gpu, &scene.sky)?;
-        let lights = lights::LightTable::build(scene, &world, radius, &sky);
         let atlas = atlas::Atlas::build(gpu, scene)?;
-        let triangles = world.ray_triangles(scene, &lights, moving);
+        let mut triangles = world.ray_triangles(scene, moving);
         let shading = world.shading_triangles(scene);
         let materials = flatten::materials(scene, &atlas);
+        let emission: Vec<_> =
+            (0..scene.materials.len()).map(|ix| MaterialEmission::of(scene, ix)).collect();
+        let radius = 0.5 * (bounds_max - bounds_min).length();
+        let of_sky = SkyLight { mean_luminance: sky.mean_luminance };
+        let lights = LightTable::build(&scene.lights, &triangles, &emission, radius, of_sky);
+        set_lights_of_triangles(&mut triangles, &lights);
 
-        let info = SceneInfo {
-            bounds_min,
-            n_triangles: triangles.len() as u32,
-            bounds_max,
-            n_lights: lights.len() as u32,
-            sky_radiance: match &scene.sky {
-                Sky::Constant(radiance) => *radiance,
-                Sky::Image { .. } => Vec3::ONE,
-            },
-            sky_has_image: u32::from(matches!(scene.sky, Sky::Image { .. })),
-            sky_size: sky.size,
-            sky_light: lights.sky,
-            diffuse_only: u32::from(options.diffuse_only),
-            n_hittable_lights: lights.n_hittable(),
-            n_punctual_lights: lights.n_punctual,
-            reserved_a: 0,
-            reserved_b: 0,
-        };
-        let info_buffer = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("scene info"),
-            contents: bytemuck::bytes_of(&info),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
         let smaller = "split the scene or use a device with larger bindings";
-        let triangle_buffer = storage(gpu, "triangles", &triangles, smaller)?;
-        let shading_buffer = storage(gpu, "triangle shading", &shading, smaller)?;
-        let material_buffer = storage(gpu, "materials", &materials, smaller)?;
-        let light_buffer = storage(gpu, "lights", lights.entries(), smaller)?;
+        let rays = match options.rays {
+            RaySource::Software => {
+                RayStructure::Nodes(storage(gpu, "BVH nodes", bvh.nodes(), smaller)?)
+            }
+            RaySource::RayQuery => {
+                let (blas, tlas) = bvh::build_acceleration_structure(gpu, &world.positions)?;
+                RayStructure::Acceleration(tlas, blas)
+            }
+        };
+        let resources = Resources {
+            info: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("scene info"),
+                size: size_of::<SceneInfo>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            triangles: storage(gpu, "triangles", &triangles, smaller)?,
+            shading: storage(gpu, "triangle shading", &shading, smaller)?,
+            materials: material_texture(gpu, &materials)?,
+            lights: storage(gpu, "lights", lights.entries(), smaller)?,
+            atlas: atlas.texels.clone(),
+            sky_image: sky.image.clone(),
+            sky_distribution: sky.distribution.clone(),
+            rays,
+        };
         let memory = SceneMemory {
             bvh_nodes: size_of_val(bvh.nodes()) as u64,
             triangles: size_of_val(triangles.as_slice()) as u64,
             shading: size_of_val(shading.as_slice()) as u64,
             textures: atlas.bytes,
         };
-
+        let variant = Variant::BASELINE
+            .with_if(options.rays == RaySource::RayQuery, RAY_QUERY)
+            .with_if(atlas.n_images() == 0, NO_TEXTURES);
+        let all = interface_of(ASKS_ALL, variant);
+        let group = resources.group(gpu, &scene_layout(gpu, all), all);
         // The raster stages ask no rays and draw no lights.
-        let raster_layout = raster_seam::WgpuBindGroup0::get_bind_group_layout(&gpu.device);
-        let raster_bind_group = raster_seam::WgpuBindGroup0::from_bindings(
-            &gpu.device,
-            raster_seam::WgpuBindGroup0Entries::new(raster_seam::WgpuBindGroup0EntriesParams {
-                scene: info_buffer.as_entire_buffer_binding(),
-                triangles: triangle_buffer.as_entire_buffer_binding(),
-                triangle_shading: shading_buffer.as_entire_buffer_binding(),
-                materials: material_buffer.as_entire_buffer_binding(),
-                atlas: &atlas.texels,
-            }),
-        );
-        let raster_bind_group = raster_bind_group.inner().clone();
-        let (layout, bind_group, acceleration) = match options.rays {
-            RaySource::Software => {
-                let node_buffer = storage(gpu, "BVH nodes", bvh.nodes(), smaller)?;
-                let layout = seam::WgpuBindGroup0::get_bind_group_layout(&gpu.device);
-                let entries = seam::WgpuBindGroup0Entries::new(seam::WgpuBindGroup0EntriesParams {
-                    scene: info_buffer.as_entire_buffer_binding(),
-                    triangles: triangle_buffer.as_entire_buffer_binding(),
-                    triangle_shading: shading_buffer.as_entire_buffer_binding(),
-                    materials: material_buffer.as_entire_buffer_binding(),
-                    lights: light_buffer.as_entire_buffer_binding(),
-                    atlas: &atlas.texels,
-                    sky_image: &sky.image,
-                    sky_distribution: &sky.distribution,
-                    bvh_nodes: node_buffer.as_entire_buffer_binding(),
-                });
-                let group = seam::WgpuBindGroup0::from_bindings(&gpu.device, entries);
-                (layout, group.inner().clone(), None)
-            }
-            RaySource::RayQuery => {
-                let (blas, tlas) = bvh::build_acceleration_structure(gpu, &world.positions)?;
-                let layout = ray_query_seam::WgpuBindGroup0::get_bind_group_layout(&gpu.device);
-                let entries = ray_query_seam::WgpuBindGroup0Entries::new(
-                    ray_query_seam::WgpuBindGroup0EntriesParams {
-                        scene: info_buffer.as_entire_buffer_binding(),
-                        triangles: triangle_buffer.as_entire_buffer_binding(),
-                        triangle_shading: shading_buffer.as_entire_buffer_binding(),
-                        materials: material_buffer.as_entire_buffer_binding(),
-                        lights: light_buffer.as_entire_buffer_binding(),
-                        atlas: &atlas.texels,
-                        sky_image: &sky.image,
-                        sky_distribution: &sky.distribution,
-                        acceleration: &tlas,
-                    },
-                );
-                let group = ray_query_seam::WgpuBindGroup0::from_bindings(&gpu.device, entries);
-                (layout, group.inner().clone(), Some((blas, tlas)))
-            }
-        };
-        Ok(Self {
-            info,
+        let raster = interface_of(ASKS_RASTER, variant);
+        let raster_group = resources.group(gpu, &scene_layout(gpu, raster), raster);
+        let mut made = Self {
+            facts: SceneFacts {
+                bounds_min,
+                bounds_max,
+                n_triangles: triangles.len() as u32,
+                diffuse_only: options.diffuse_only,
+                ..SceneFacts::default()
+            },
+            revisions: Revisions::fresh(),
+            shaders: Shaders::new(variant),
+            info: SceneInfo {
+                bounds_min,
+                n_triangles: triangles.len() as u32,
+                bounds_max,
+                n_lights: 0,
+                sky_radiance: Vec3::ZERO,
+                sky_has_image: 0,
+                sky_size: sky.size,
+                sky_light: wgsl::NONE,
+                diffuse_only: u32::from(options.diffuse_only),
+                n_hittable_lights: 0,
+                n_punctual_lights: 0,
+                reserved_a: 0,
+                reserved_b: 0,
+            },
             rays: options.rays,
-            layout,
-            bind_group,
-            raster_layout,
-            raster_bind_group,
+            resources,
+            group,
+            raster_group,
             memory,
             skipped_triangles: world.skipped,
-            textured: atlas.n_images() > 0,
-            brightest: scene.materials.iter().fold(0.0, |m, v| v.emission.max_element().max(m)),
-            punctual_peaks: lights.punctual_peaks().to_vec(),
-            punctual_lights: lights.entries()[..lights.n_punctual as usize].to_vec(),
-            drawn_peak: lights.drawn_peak(),
-            drawn_extended_peak: lights.drawn_extended_peak(),
+            lights: scene.lights.clone(),
+            sky_luminance: sky.mean_luminance,
+            triangles,
+            materials,
+            emission,
             cpu_rays: surroundings::CpuRays::new(bvh.into_tree(), &world.positions),
-            _acceleration: acceleration,
-        })
+        };
+        made.describe_sky(&scene.sky, &sky);
+        made.describe_lights(&lights);
+        gpu.queue.write_buffer(&made.resources.info, 0, bytemuck::bytes_of(&made.info));
+        Ok(made)
     }
 
-    /// Layout of bind group 0, the same for every kernel on this [`RaySource`].
-    pub fn layout(&self) -> &wgpu::BindGroupLayout {
-        &self.layout
+    /// The same scene with a module of one's own, such as `lucerna::scene::pixel` for a G-buffer of one's own. Techniques
+    /// made for it from here on have it.
+    pub fn with_module(mut self, module: Source) -> Self {
+        self.shaders = self.shaders.with_module(module);
+        self
     }
 
-    /// Bind group 0.
-    pub fn bind_group(&self) -> &wgpu::BindGroup {
-        &self.bind_group
+    /// Replaces the lights without extent.
+    ///
+    /// # Errors
+    /// There are more than the device binds.
+    pub fn set_lights(
+        &mut self,
+        recorder: &mut Recorder,
+        lights: &[Light],
+    ) -> Result<(), GpuSceneError> {
+        self.lights = lights.to_vec();
+        self.renew_lights(recorder)?;
+        self.revisions = self.revisions.changed(Change::Lights);
+        Ok(())
     }
 
-    /// Layout of [`Self::raster_bind_group`].
-    pub fn raster_layout(&self) -> &wgpu::BindGroupLayout {
-        &self.raster_layout
+    /// Replaces the sky.
+    ///
+    /// # Errors
+    /// The image is larger than the device's textures.
+    pub fn set_sky(&mut self, recorder: &mut Recorder, sky: &Sky) -> Result<(), GpuSceneError> {
+        let textures = sky::SkyTextures::upload(recorder.gpu(), sky)?;
+        self.resources.sky_image = textures.image.clone();
+        self.resources.sky_distribution = textures.distribution.clone();
+        self.sky_luminance = textures.mean_luminance;
+        self.describe_sky(sky, &textures);
+        self.bind(recorder.gpu());
+        self.renew_lights(recorder)?;
+        self.revisions = self.revisions.changed(Change::Sky);
+        Ok(())
     }
 
-    /// Bind group 0 of vertex and fragment kernels: triangles, materials and textures.
-    pub fn raster_bind_group(&self) -> &wgpu::BindGroup {
-        &self.raster_bind_group
+    /// Replaces a material's factors; its textures stay.
+    ///
+    /// # Errors
+    /// More triangles shine than the device binds lights.
+    ///
+    /// # Panics
+    /// If the scene has no such material.
+    pub fn set_material(
+        &mut self,
+        recorder: &mut Recorder,
+        material_ix: usize,
+        material: &Material,
+    ) -> Result<(), GpuSceneError> {
+        let known = &self.materials[material_ix];
+        self.materials[material_ix] = wgsl::Material {
+            base_color_texture: known.base_color_texture,
+            metallic_roughness_texture: known.metallic_roughness_texture,
+            normal_texture: known.normal_texture,
+            emission_texture: known.emission_texture,
+            ..flatten::factors(material)
+        };
+        self.resources.materials = material_texture(recorder.gpu(), &self.materials)?;
+        self.bind(recorder.gpu());
+        let emission = MaterialEmission::with_texture(material, self.emission[material_ix].texture);
+        self.revisions = self.revisions.changed(Change::Materials);
+        if emission != self.emission[material_ix] {
+            self.emission[material_ix] = emission;
+            self.renew_lights(recorder)?;
+            self.revisions = self.revisions.changed(Change::Lights);
+        }
+        Ok(())
     }
 
-    /// The row of [`VARIANTS`](crate::shader::VARIANTS) in which vertex and fragment kernels run on
-    /// this scene: they ask no rays.
-    pub fn raster_variant(&self) -> &'static str {
-        if self.textured { "" } else { "untextured" }
+    /// The light table of what the scene holds now.
+    fn renew_lights(&mut self, recorder: &mut Recorder) -> Result<(), GpuSceneError> {
+        let gpu = recorder.gpu();
+        let radius = 0.5 * self.facts.diagonal();
+        let sky = SkyLight { mean_luminance: self.sky_luminance };
+        let lights = LightTable::build(&self.lights, &self.triangles, &self.emission, radius, sky);
+        if set_lights_of_triangles(&mut self.triangles, &lights) {
+            let bytes = bytemuck::cast_slice(&self.triangles);
+            recorder.upload(&self.resources.triangles, 0, bytes);
+        }
+        let bytes: &[u8] = bytemuck::cast_slice(lights.entries());
+        if bytes.len() as u64 <= self.resources.lights.size() {
+            recorder.upload(&self.resources.lights, 0, bytes);
+        } else {
+            let advice = "use fewer lights";
+            self.resources.lights = storage(gpu, "lights", lights.entries(), advice)?;
+            self.bind(gpu);
+        }
+        self.describe_lights(&lights);
+        recorder.upload(&self.resources.info, 0, bytemuck::bytes_of(&self.info));
+        Ok(())
     }
 
-    /// Whether every surface is Lambert ([`GpuSceneOptions::diffuse_only`]).
-    pub fn is_diffuse_only(&self) -> bool {
-        self.info.diffuse_only != 0
+    /// Makes the bind groups of the resources that there are now.
+    fn bind(&mut self, gpu: &Gpu) {
+        let variant = self.shaders.variant();
+        let all = interface_of(ASKS_ALL, variant);
+        self.group = self.resources.group(gpu, &self.group.layout, all);
+        let raster = interface_of(ASKS_RASTER, variant);
+        self.raster_group = self.resources.group(gpu, &self.raster_group.layout, raster);
+    }
+
+    fn describe_sky(&mut self, sky: &Sky, textures: &sky::SkyTextures) {
+        self.info.sky_radiance = match sky {
+            Sky::Constant(radiance) => *radiance,
+            Sky::Image { .. } => Vec3::ONE,
+        };
+        self.info.sky_has_image = u32::from(matches!(sky, Sky::Image { .. }));
+        self.info.sky_size = textures.size;
+    }
+
+    fn describe_lights(&mut self, lights: &LightTable) {
+        let n_punctual = lights.n_punctual as usize;
+        self.info.n_lights = lights.len() as u32;
+        self.info.sky_light = lights.sky;
+        self.info.n_hittable_lights = lights.n_hittable();
+        self.info.n_punctual_lights = lights.n_punctual;
+        self.facts.n_extended_lights = lights.n_hittable();
+        self.facts.punctual_lights =
+            lights.entries()[..n_punctual].iter().map(PunctualLight::from).collect();
+        self.facts.punctual_peaks = lights.punctual_peaks().to_vec();
+        self.facts.drawn_peak = lights.drawn_peak();
+        self.facts.drawn_extended_peak = lights.drawn_extended_peak();
+        self.facts.brightest_emission =
+            self.materials.iter().fold(0.0, |m, v| v.emission.max_element().max(m));
     }
 
     /// What answers rays.
@@ -277,72 +446,19 @@ impl GpuScene {
         self.rays
     }
 
-    /// The row of [`VARIANTS`](crate::shader::VARIANTS) in which kernels run on this scene.
-    pub fn variant(&self) -> &'static str {
-        match self.rays {
-            RaySource::RayQuery => "ray_query",
-            RaySource::Software if self.textured => "",
-            RaySource::Software => "untextured",
-        }
-    }
-
     /// World-space box of all triangles \[m\]; zeros if there are none.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        (self.info.bounds_min, self.info.bounds_max)
-    }
-
-    /// How far away what stands around a point is; None where nothing can be seen from there. (About 2 ms on a CPU.)
-    pub fn surroundings(&self, point: Vec3) -> Option<Surroundings> {
-        self.cpu_rays.around(point)
-    }
-
-    /// The box \[m\] around what lies within a box (least and greatest corner); triangles that reach out of it count as far as it
-    /// goes. None where nothing does.
-    pub fn bounds_within(&self, min: Vec3, max: Vec3) -> Option<(Vec3, Vec3)> {
-        self.cpu_rays.bounds_within((min, max))
+        (self.facts.bounds_min, self.facts.bounds_max)
     }
 
     /// Triangles that rays can meet.
     pub fn n_triangles(&self) -> u32 {
-        self.info.n_triangles
+        self.facts.n_triangles
     }
 
     /// Lights that can be drawn: punctual, emissive triangles, sky.
     pub fn n_lights(&self) -> u32 {
-        self.info.n_lights
-    }
-
-    /// The largest component of a material's emission \[W·sr⁻¹·m⁻²\], before textures; 0 where nothing
-    /// shines.
-    pub fn brightest_emission(&self) -> f32 {
-        self.brightest
-    }
-
-    /// Of these, emissive triangles and the sky; the others are the scene's lights without extent, in
-    /// their order.
-    pub fn n_extended_lights(&self) -> u32 {
-        self.info.n_hittable_lights
-    }
-
-    /// The lights without extent as kernels have them, in the scene's order.
-    pub(crate) fn punctual_lights(&self) -> &[Light] {
-        &self.punctual_lights
-    }
-
-    /// The most that each light without extent sends anywhere, in the scene's order.
-    pub fn punctual_peaks(&self) -> &[LightPeak] {
-        &self.punctual_peaks
-    }
-
-    /// The most that a light drawn among all gives, divided by the probability of drawing it: what
-    /// kernels get from `host::lights::sample_light`.
-    pub fn drawn_peak(&self) -> LightPeak {
-        self.drawn_peak
-    }
-
-    /// As [`Self::drawn_peak`], for a light drawn among emissive triangles and the sky.
-    pub fn drawn_extended_peak(&self) -> LightPeak {
-        self.drawn_extended_peak
+        self.facts.n_lights()
     }
 
     /// Triangles left out because they have no area or lie too far from the origin for f32.
@@ -354,6 +470,88 @@ impl GpuScene {
     pub fn memory(&self) -> SceneMemory {
         self.memory
     }
+}
+
+impl SceneSeam for GpuScene {
+    fn shaders(&self) -> &Shaders {
+        &self.shaders
+    }
+
+    fn group(&self) -> &SceneGroup {
+        &self.group
+    }
+
+    fn raster_group(&self) -> Option<&SceneGroup> {
+        Some(&self.raster_group)
+    }
+
+    fn facts(&self) -> &SceneFacts {
+        &self.facts
+    }
+
+    fn revisions(&self) -> Revisions {
+        self.revisions
+    }
+
+    /// By 2048 rays (about 2 ms on a CPU); alpha masks are ignored.
+    fn surroundings(&self, point: Vec3) -> Option<Surroundings> {
+        self.cpu_rays.around(point)
+    }
+
+    /// Triangles that reach out of the box count as far as it goes.
+    fn bounds_within(&self, min: Vec3, max: Vec3) -> Option<(Vec3, Vec3)> {
+        self.cpu_rays.bounds_within((min, max))
+    }
+}
+
+/// Says of each triangle which light it is; whether that changed any.
+fn set_lights_of_triangles(triangles: &mut [wgsl::Triangle], lights: &LightTable) -> bool {
+    let mut is_changed = false;
+    for (ix, triangle) in triangles.iter_mut().enumerate() {
+        let light = lights.of_triangle(ix);
+        is_changed |= triangle.light != light;
+        triangle.light = light;
+    }
+    is_changed
+}
+
+/// Materials as texels, `rgba32uint`.
+fn material_texture(
+    gpu: &Gpu,
+    materials: &[wgsl::Material],
+) -> Result<wgpu::TextureView, GpuSceneError> {
+    const { assert!(size_of::<wgsl::Material>() == 16 * MATERIAL_TEXELS as usize) };
+    let n = materials.len().max(1) as u32;
+    let (columns, rows) = (n.min(MATERIALS_PER_ROW), n.div_ceil(MATERIALS_PER_ROW));
+    let limit = gpu.device.limits().max_texture_dimension_2d;
+    if rows > limit || columns * MATERIAL_TEXELS > limit {
+        return Err(GpuSceneError::TextureLimit {
+            what: "the table of materials",
+            detail: format!("{n} materials, and the device holds {}", limit * MATERIALS_PER_ROW),
+            advice: "join materials that are alike",
+        });
+    }
+    let mut words = vec![0u8; 16 * (columns * MATERIAL_TEXELS * rows) as usize];
+    let bytes: &[u8] = bytemuck::cast_slice(materials);
+    words[..bytes.len()].copy_from_slice(bytes);
+    let size =
+        wgpu::Extent3d { width: columns * MATERIAL_TEXELS, height: rows, depth_or_array_layers: 1 };
+    let texture = gpu.device.create_texture_with_data(
+        &gpu.queue,
+        &wgpu::TextureDescriptor {
+            label: Some("materials"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        },
+        wgpu::util::TextureDataOrder::LayerMajor,
+        &words,
+    );
+    Ok(texture.create_view(&Default::default()))
 }
 
 /// A storage buffer with these elements; one zeroed element where there is none, for bindings are
@@ -374,6 +572,6 @@ fn storage<T: NoUninit>(
     Ok(gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some(what),
         contents,
-        usage: wgpu::BufferUsages::STORAGE,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
     }))
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The sky's image and the distribution from which its directions are drawn.
 
 use super::GpuSceneError;

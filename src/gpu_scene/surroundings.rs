@@ -1,18 +1,11 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How far away what stands around a point is, by rays on the CPU.
 
+use crate::seam::Surroundings;
 use glam::{Vec3, Vec3A};
 use obvhs::cwbvh::CwBvh;
 use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
-
-/// Distances to what can be seen from a point, in all directions \[m\].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Surroundings {
-    /// Half of the directions that meet something meet it nearer than this.
-    pub median: f32,
-    /// None of them meets anything farther away.
-    pub farthest: f32,
-}
 
 /// The scene's triangles for rays on the CPU.
 pub(super) struct CpuRays {

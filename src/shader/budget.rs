@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a kernel uses, against what baseline WebGPU has.
 
 use naga::{AddressSpace, Handle, ImageClass, Module, StorageAccess, Type, TypeInner};
@@ -7,7 +8,7 @@ use naga::{AddressSpace, Handle, ImageClass, Module, StorageAccess, Type, TypeIn
 pub struct Budget {
     /// Storage buffers per stage.
     pub storage_buffers: u32,
-    /// Of these, how many the host seam may take.
+    /// Of these, how many the scene seam may take.
     pub seam_storage_buffers: u32,
     /// Storage textures per stage.
     pub storage_textures: u32,
@@ -108,7 +109,7 @@ impl Resources {
             (Counted::Buffer, "storage buffers", self.storage_buffers, budget.storage_buffers),
             (
                 Counted::Seam,
-                "storage buffers in the host seam",
+                "storage buffers in the scene seam",
                 self.seam_storage_buffers,
                 budget.seam_storage_buffers,
             ),

@@ -1,97 +1,52 @@
-use super::budget::{Budget, Counted, Resources};
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The whole check of a folder of WGSL.
+
+use super::axes::{Axis, AxisValue, Variant};
+use super::budget::Budget;
+use super::interface::Interface;
 use super::layers::{self, Layer, layer_of};
-use super::library::{Library, Source};
+use super::library::{Composed, Library, Source, Target};
 use super::problem::{Problem, Rule};
-use super::scan::{DeclarationKind, declarations, imports};
-use super::{OVERLAYS, ROOT};
-use naga::valid::Capabilities;
+use super::{OVERLAYS, ROOT, Resources};
 use std::collections::BTreeSet;
 use std::path::Path;
-
-/// A way of composing kernels: an overlay of modules under `variants/<name>/` that replace those
-/// of the same path, and what the result may ask of the adapter.
-#[derive(Clone, Copy, Debug)]
-pub struct Variant {
-    /// Its name and its folder; the baseline has an empty one.
-    pub name: &'static str,
-    /// The least naga capabilities under which its kernels validate.
-    pub capabilities: Capabilities,
-    /// Kernels (path under `kernels/`, `reference/path_trace`) composed in it; `None`: all.
-    pub kernels: Option<&'static [&'static str]>,
-}
-
-/// What plain WebGPU has and naga asks for: `pack2x16float` and its kin (they need no f16).
-pub const BASELINE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
-
-/// Kernels that ask the host seam for rays or the sky.
-const SCENE_KERNELS: &[&str] = &[
-    "frame/composite",
-    "frame/direct",
-    "rays/nearest_hit",
-    "rays/any_hit",
-    "reference/path_trace",
-    "voxel_rt/gather",
-    "voxel_rt/inject",
-];
-
-/// Those, and the ones that read textures but ask no rays.
-const UNTEXTURED_KERNELS: &[&str] = &[
-    "frame/composite",
-    "frame/direct",
-    "frame/gbuffer",
-    "shadow/depth",
-    "rays/nearest_hit",
-    "rays/any_hit",
-    "reference/path_trace",
-    "voxel/accumulate",
-    "voxel_rt/gather",
-    "voxel_rt/inject",
-];
-
-/// Kernels that ask how much of a light is seen, by shadow maps.
-const SHADOW_MAP_KERNELS: &[&str] = &["frame/direct", "voxel_rt/gather"];
-
-/// Kernels that read or make prefiltered voxels.
-const PYRAMID_KERNELS: &[&str] = &[
-    "voxel_cone/bounce",
-    "voxel_cone/fill",
-    "voxel_cone/prefilter",
-    "voxel_cone/shade",
-    "voxel_cone/trace",
-];
-
-/// Every variant there is; the baseline stands first.
-pub const VARIANTS: &[Variant] = &[
-    Variant { name: "", capabilities: BASELINE, kernels: None },
-    Variant { name: "untextured", capabilities: BASELINE, kernels: Some(UNTEXTURED_KERNELS) },
-    Variant {
-        name: "ray_query",
-        capabilities: BASELINE.union(Capabilities::RAY_QUERY),
-        kernels: Some(SCENE_KERNELS),
-    },
-    Variant { name: "shadow_map", capabilities: BASELINE, kernels: Some(SHADOW_MAP_KERNELS) },
-    Variant { name: "cone_shadow", capabilities: BASELINE, kernels: Some(&["frame/direct"]) },
-    Variant { name: "pyramid_buffer", capabilities: BASELINE, kernels: Some(PYRAMID_KERNELS) },
-];
-
-/// The row of that name.
-pub fn variant(name: &str) -> Option<&'static Variant> {
-    VARIANTS.iter().find(|variant| variant.name == name)
-}
 
 /// A kernel that passed.
 #[derive(Clone, Debug)]
 pub struct CheckedKernel {
     /// Path under `kernels/` without ending: `reference/path_trace`.
     pub name: String,
-    /// The variant's name; empty for the baseline.
-    pub variant: &'static str,
+    /// The values of the axes that its imports meet.
+    pub variant: Variant,
+    /// The axes that its imports meet, by index.
+    pub axes: Vec<usize>,
     /// The kernel's own file.
     pub source: Source,
     /// The composed and validated module.
-    pub module: naga::Module,
+    pub composed: Composed,
+}
+
+impl CheckedKernel {
     /// What it declares.
-    pub resources: Resources,
+    pub fn resources(&self) -> Resources {
+        self.composed.resources
+    }
+
+    /// What it asks of its host.
+    pub fn interface(&self) -> &Interface {
+        &self.composed.interface
+    }
+}
+
+/// A module that replaces the one of the same path.
+#[derive(Clone, Debug)]
+pub struct Overlay {
+    /// Index of the axis.
+    pub axis: usize,
+    /// Index of the axis's value.
+    pub value: usize,
+    /// The module under the path that it replaces.
+    pub source: Source,
 }
 
 /// A folder of WGSL that passed.
@@ -99,75 +54,64 @@ pub struct CheckedKernel {
 pub struct CheckedTree {
     /// Modules (not kernels) of the baseline.
     pub library: Library,
-    /// Modules of the variants: the variant's name, and the module under the path that it replaces.
-    pub overlays: Vec<(String, Source)>,
-    /// All kernels in all their variants.
+    /// Modules of the axes' values.
+    pub overlays: Vec<Overlay>,
+    /// All kernels in each combination of values that they meet: by name, the baseline first.
     pub kernels: Vec<CheckedKernel>,
 }
 
-/// Checks every `.wgsl` file under `dir`: the layers, each module alone, each kernel in each of its
-/// variants, the budget.
+/// Checks every `.wgsl` file under `dir`: the layers, each module alone, each kernel in each combination of the axes
+/// that its imports meet, the budget.
 ///
 /// # Errors
 /// All problems, sorted by place, each once.
-pub fn check_tree(dir: &Path, variants: &[Variant]) -> Result<CheckedTree, Vec<Problem>> {
+pub fn check_tree(dir: &Path, axes: &[Axis]) -> Result<CheckedTree, Vec<Problem>> {
     let (mut all, mut problems) = Library::read_dir(dir);
-    let overlays = take_overlays(&mut all);
-    problems.extend(check_overlays(&overlays, variants));
+    let overlays = take_overlays(&mut all, axes, &mut problems);
+    let tree = Tree { all, overlays, axes };
     let mut checked = CheckedTree::default();
-    for variant in variants {
-        let mut library = all.clone();
-        let mut changed = BTreeSet::new();
-        for (name, source) in &overlays {
-            if !name.is_empty() && name == variant.name {
-                changed.insert(source.import_path.clone());
-                library.insert(source.clone());
-            }
-        }
-        let kernels: Vec<Source> = library
-            .iter()
-            .filter(|source| layer_of(&source.import_path) == Layer::Kernel)
-            .cloned()
-            .collect();
-        library.retain(|source| layer_of(&source.import_path) != Layer::Kernel);
 
-        for source in library.iter() {
-            let baseline = variant.name.is_empty();
-            if baseline || changed.contains(&source.import_path) {
-                problems.extend(layers::check(source));
-                if let Err(found) = library.compose(source, variant.capabilities) {
-                    problems.extend(found);
-                }
-            }
+    problems.extend(tree.all.iter().flat_map(layers::check));
+    problems.extend(tree.overlays.iter().flat_map(|overlay| layers::check(&overlay.source)));
+    problems.extend(layers::check_fields(
+        tree.all.iter().chain(tree.overlays.iter().map(|o| &o.source)),
+    ));
+
+    let modules = tree.library(Variant::BASELINE);
+    let target = Target { capabilities: Variant::BASELINE.capabilities_of(axes), budget: None };
+    for source in modules.iter() {
+        problems.extend(modules.compose(source, target).err().unwrap_or_default());
+    }
+    for Overlay { axis, value, source } in &tree.overlays {
+        if layer_of(&source.import_path) != Layer::Kernel {
+            let variant = Variant::BASELINE.with_value(*axis, *value);
+            let target = Target { capabilities: variant.capabilities_of(axes), budget: None };
+            let found = tree.library(variant).compose(source, target);
+            problems.extend(found.err().unwrap_or_default());
         }
-        for source in kernels {
-            let name = kernel_name(&source.import_path);
-            if variant.kernels.is_some_and(|list| !list.contains(&name.as_str())) {
-                continue;
-            }
-            if variant.name.is_empty() || changed.contains(&source.import_path) {
-                problems.extend(layers::check(&source));
-            }
-            match library.compose(&source, variant.capabilities) {
-                Ok(module) => {
-                    let resources = Resources::of(&module);
-                    problems.extend(check_budget(&source, &resources));
-                    checked.kernels.push(CheckedKernel {
-                        name,
-                        variant: variant.name,
-                        source,
-                        module,
-                        resources,
-                    });
-                }
+    }
+    for kernel in tree.all.iter().filter(|source| layer_of(&source.import_path) == Layer::Kernel) {
+        for (variant, met) in tree.combinations(&kernel.import_path) {
+            let source = tree.source(&kernel.import_path, variant);
+            let target = Target {
+                capabilities: variant.capabilities_of(axes),
+                budget: Some(Budget::BASELINE),
+            };
+            match tree.library(variant).compose(source, target) {
+                Ok(composed) => checked.kernels.push(CheckedKernel {
+                    name: kernel_name(&kernel.import_path),
+                    variant,
+                    axes: met,
+                    source: source.clone(),
+                    composed,
+                }),
                 Err(found) => problems.extend(found),
             }
         }
-        if variant.name.is_empty() {
-            checked.library = library;
-        }
     }
-    checked.overlays = overlays;
+    checked.kernels.sort_by(|a, b| (&a.name, a.variant).cmp(&(&b.name, b.variant)));
+    checked.library = modules;
+    checked.overlays = tree.overlays;
     problems.sort_by(|a, b| {
         (&a.file, a.line, a.column, a.rule, &a.message)
             .cmp(&(&b.file, b.line, b.column, b.rule, &b.message))
@@ -181,52 +125,123 @@ pub fn check_tree(dir: &Path, variants: &[Variant]) -> Result<CheckedTree, Vec<P
     if problems.is_empty() { Ok(checked) } else { Err(problems) }
 }
 
-/// Takes the files of `variants/<name>/…` out of the library, under the paths that they replace.
-fn take_overlays(all: &mut Library) -> Vec<(String, Source)> {
-    let prefix = format!("{ROOT}::{OVERLAYS}::");
-    let mut overlays = Vec::new();
-    all.retain(|source| {
-        let Some(rest) = source.import_path.strip_prefix(&prefix) else { return true };
-        // A file that stands in no variant's folder belongs to the variant without a name.
-        let (variant, path) = rest.split_once("::").unwrap_or(("", rest));
-        let source = Source { import_path: format!("{ROOT}::{path}"), ..source.clone() };
-        overlays.push((variant.to_owned(), source));
-        false
-    });
-    overlays
+/// A folder's files.
+struct Tree<'a> {
+    /// Modules and kernels, without the overlays.
+    all: Library,
+    overlays: Vec<Overlay>,
+    axes: &'a [Axis],
 }
 
-/// Files that no variant takes would be neither checked nor used.
-fn check_overlays(overlays: &[(String, Source)], variants: &[Variant]) -> Vec<Problem> {
-    let names: Vec<_> =
-        variants.iter().map(|variant| variant.name).filter(|name| !name.is_empty()).collect();
-    let stray = overlays.iter().filter(|(name, _)| !names.contains(&name.as_str()));
-    let message = || format!("stands in the folder of no variant; there is {}", names.join(", "));
-    stray.map(|(_, source)| source.problem(Rule::UnknownVariant, (1, 1), message())).collect()
+impl Tree<'_> {
+    /// A module or kernel in a variant.
+    fn source(&self, import_path: &str, variant: Variant) -> &Source {
+        let of_variant = |overlay: &&Overlay| {
+            overlay.source.import_path == import_path
+                && variant.value(overlay.axis) == overlay.value
+        };
+        match self.overlays.iter().find(of_variant) {
+            Some(overlay) => &overlay.source,
+            None => self.all.get(import_path).expect("of a module that is there"),
+        }
+    }
+
+    /// All modules in a variant.
+    fn library(&self, variant: Variant) -> Library {
+        let mut library = self.all.clone();
+        for overlay in &self.overlays {
+            if variant.value(overlay.axis) == overlay.value {
+                library.insert(overlay.source.clone());
+            }
+        }
+        library.retain(|source| layer_of(&source.import_path) != Layer::Kernel);
+        library
+    }
+
+    /// All combinations of the axes that a kernel meets: those with an overlay of it, or of a module among its imports. Which
+    /// axes that are may depend on the values of others. With each, the axes' indices.
+    fn combinations(&self, kernel: &str) -> Vec<(Variant, Vec<usize>)> {
+        let mut found = Vec::new();
+        let mut open = vec![(Variant::BASELINE, Vec::new())];
+        while let Some((variant, met)) = open.pop() {
+            let source = self.source(kernel, variant);
+            let library = self.library(variant);
+            // Wrong imports are reported when the kernel is composed.
+            let imports = library.dependencies(source).unwrap_or_default();
+            let mut paths = BTreeSet::from([kernel]);
+            paths.extend(imports.iter().map(|module| module.import_path.as_str()));
+            let next = (0..self.axes.len()).find(|axis| {
+                !met.contains(axis)
+                    && self.overlays.iter().any(|overlay| {
+                        overlay.axis == *axis && paths.contains(overlay.source.import_path.as_str())
+                    })
+            });
+            let Some(axis) = next else {
+                found.push((variant, met));
+                continue;
+            };
+            for value in 0..self.axes[axis].values.len() {
+                let met = [met.as_slice(), &[axis]].concat();
+                open.push((variant.with_value(axis, value), met));
+            }
+        }
+        found
+    }
+}
+
+/// Takes the files of `variants/<axis>/<value>/…` out of the library, under the paths that they replace.
+fn take_overlays(all: &mut Library, axes: &[Axis], problems: &mut Vec<Problem>) -> Vec<Overlay> {
+    let prefix = format!("{ROOT}::{OVERLAYS}::");
+    let mut found = Vec::new();
+    all.retain(|source| {
+        let Some(rest) = source.import_path.strip_prefix(&prefix) else { return true };
+        let mut parts = rest.splitn(3, "::");
+        let mut next = || parts.next().unwrap_or_default();
+        let (axis, value, path) = (next(), next(), next());
+        let overlay = axes.iter().position(|of| of.name == axis).and_then(|axis| {
+            // The first value is the tree itself.
+            let is_it = |of: &AxisValue| of.name == value;
+            let value = axes[axis].values.iter().skip(1).position(is_it)? + 1;
+            let import_path = format!("{ROOT}::{path}");
+            (!path.is_empty()).then(|| Overlay {
+                axis,
+                value,
+                source: Source { import_path, ..source.clone() },
+            })
+        });
+        match overlay {
+            Some(overlay) => found.push(overlay),
+            None => {
+                let there = axes.iter().flat_map(|axis| {
+                    let values = axis.values.iter().skip(1);
+                    values.map(|value| format!("{}/{}", axis.name, value.name))
+                });
+                let there = there.collect::<Vec<_>>().join(", ");
+                let message = format!("stands in the folder of no variant; there is {there}");
+                problems.push(source.problem(Rule::UnknownVariant, (1, 1), message));
+            }
+        }
+        false
+    });
+    for (ix, overlay) in found.iter().enumerate() {
+        let path = &overlay.source.import_path;
+        let other = found[..ix]
+            .iter()
+            .find(|other| other.axis != overlay.axis && other.source.import_path == *path);
+        if let Some(other) = other {
+            let message = format!(
+                "`{path}` is replaced on two axes, here and in {}: which one counts?",
+                other.source.file.display()
+            );
+            problems.push(overlay.source.problem(Rule::UnknownVariant, (1, 1), message));
+        } else if all.get(path).is_none() {
+            let message = format!("replaces `{path}`, which is not there");
+            problems.push(overlay.source.problem(Rule::UnknownVariant, (1, 1), message));
+        }
+    }
+    found
 }
 
 fn kernel_name(import_path: &str) -> String {
     import_path.split("::").skip(2).collect::<Vec<_>>().join("/")
-}
-
-fn check_budget(source: &Source, resources: &Resources) -> Vec<Problem> {
-    let found = declarations(&source.text);
-    let imports = imports(&source.text);
-    let seam = imports.iter().find(|import| layer_of(&import.path) == Layer::Seam);
-    let place_of = |counted: Counted| {
-        let declaration = match counted {
-            Counted::Seam => return seam.map_or((1, 1), |import| (import.line, import.column)),
-            Counted::Buffer => {
-                found.iter().rev().find(|d| matches!(d.kind, DeclarationKind::Group(_)))
-            }
-            Counted::Workgroup => found.iter().find(|d| d.kind == DeclarationKind::WorkgroupSize),
-            Counted::Other => found.iter().find(|d| matches!(d.kind, DeclarationKind::Entry(_))),
-        };
-        declaration.map_or((1, 1), |d| (d.line, d.column))
-    };
-    resources
-        .excess(&Budget::BASELINE)
-        .into_iter()
-        .map(|excess| source.problem(Rule::Budget, place_of(excess.counted), excess.message))
-        .collect()
 }

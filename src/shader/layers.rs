@@ -1,31 +1,119 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The rules of the layers, checked on the text.
 
 use super::KERNELS;
 use super::library::Source;
 use super::problem::{Problem, Rule};
-use super::scan::{Declaration, DeclarationKind, declarations, defined_import_path};
+use super::scan::{Declaration, DeclarationKind, declarations, defined_import_path, imports};
 
-/// Where a file stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Where a file stands. Imports run downwards alone: from a layer to itself (kernels apart) and to those before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
     /// Functions without bindings.
     Pure,
-    /// `host/`: may declare bindings of group 0.
-    Seam,
-    /// `fields/`: light that a technique keeps, looked up by several kernels; may declare bindings of
-    /// group 2.
+    /// `fields/`: light that a component keeps, looked up by several kernels; may declare bindings of group 3, no two
+    /// fields the same.
     Field,
+    /// `scene/`: answers questions about the scene; may declare bindings of group 0, and of group 2 for what a pixel
+    /// sees.
+    Seam,
+    /// `integrators/`: ask the seam and declare nothing.
+    Integrator,
     /// `kernels/`: entry points with bindings of groups 1 to 3.
     Kernel,
+}
+
+impl Layer {
+    fn in_words(self) -> &'static str {
+        match self {
+            Self::Pure => "a pure module",
+            Self::Field => "a field",
+            Self::Seam => "a module of the scene seam",
+            Self::Integrator => "an integrator",
+            Self::Kernel => "a kernel",
+        }
+    }
 }
 
 pub fn layer_of(import_path: &str) -> Layer {
     match import_path.split("::").nth(1) {
         Some(KERNELS) => Layer::Kernel,
-        Some("host") => Layer::Seam,
+        Some("scene") => Layer::Seam,
         Some("fields") => Layer::Field,
+        Some("integrators") => Layer::Integrator,
         _ => Layer::Pure,
     }
+}
+
+/// Whose a bind group is.
+fn owner_of(group: &str) -> &'static str {
+    match group {
+        "0" => "group 0 is the scene's",
+        "1" => "group 1 is the kernel's",
+        "2" => "group 2 is the pixels'",
+        _ => "group 3 is the fields'",
+    }
+}
+
+/// Bindings that modules of one composition share.
+pub fn check_bindings<'a>(sources: impl Iterator<Item = &'a Source>) -> Vec<Problem> {
+    let mut known: Vec<(&Source, &str, &str, &str)> = Vec::new();
+    let mut problems = Vec::new();
+    for source in sources {
+        for Declaration { kind, line, column } in declarations(&source.text) {
+            let DeclarationKind::Binding { group, binding, name } = kind else { continue };
+            let taken = known.iter().find(|(_, g, b, _)| (*g, *b) == (group, binding));
+            if let Some((other, _, _, other_name)) = taken {
+                let message = format!(
+                    "`{name}` and `{other_name}` of {} are both @group({group}) @binding({binding}); {}",
+                    other.file.display(),
+                    owner_of(group)
+                );
+                problems.push(source.problem(Rule::BindGroup, (line, column), message));
+            } else {
+                known.push((source, group, binding, name));
+            }
+        }
+    }
+    problems
+}
+
+/// Bindings and names that two fields share: no kernel could import both.
+pub fn check_fields<'a>(sources: impl Iterator<Item = &'a Source>) -> Vec<Problem> {
+    let mut fields: Vec<(&str, Vec<(&Source, Declaration<'_>)>)> = Vec::new();
+    for source in sources.filter(|source| layer_of(&source.import_path) == Layer::Field) {
+        let found = declarations(&source.text).into_iter();
+        let found = found.filter(|d| matches!(d.kind, DeclarationKind::Binding { .. }));
+        let found = found.map(|declaration| (source, declaration));
+        // Overlays of a field are that field.
+        match fields.iter_mut().find(|(path, _)| *path == source.import_path) {
+            Some((_, bindings)) => bindings.extend(found),
+            None => fields.push((&source.import_path, found.collect())),
+        }
+    }
+    let mut problems = Vec::new();
+    for (ix, (_, bindings)) in fields.iter().enumerate() {
+        for (source, declaration) in bindings {
+            let DeclarationKind::Binding { binding, name, .. } = declaration.kind else { continue };
+            let others = fields[..ix].iter().flat_map(|(_, bindings)| bindings);
+            for (other, of_other) in others {
+                let DeclarationKind::Binding { binding: number, name: other_name, .. } =
+                    of_other.kind
+                else {
+                    continue;
+                };
+                if number == binding || other_name == name {
+                    let message = format!(
+                        "`{name}` (binding {binding}) meets `{other_name}` (binding {number}) of {}: fields stand side by side in group 3, so that a kernel can import any two",
+                        other.file.display()
+                    );
+                    let place = (declaration.line, declaration.column);
+                    problems.push(source.problem(Rule::BindGroup, place, message));
+                }
+            }
+        }
+    }
+    problems
 }
 
 /// Everything in the file that its layer does not allow.
@@ -36,37 +124,58 @@ pub fn check(source: &Source) -> Vec<Problem> {
     for declaration in &found {
         let Declaration { kind, line, column } = *declaration;
         let refusal = match (layer, kind) {
-            (Layer::Pure, DeclarationKind::Group(_)) => Some((
+            (Layer::Pure, DeclarationKind::Binding { .. }) => Some((
                 Rule::PureModule,
                 "a pure module declares no binding: take the value as an argument".into(),
             )),
-            (Layer::Pure | Layer::Seam | Layer::Field, DeclarationKind::Variable("workgroup")) => {
-                Some((Rule::PureModule, "only a kernel declares workgroup variables".into()))
-            }
-            (Layer::Pure, DeclarationKind::Variable(space)) => {
-                Some((Rule::PureModule, format!("a pure module keeps no state: `var<{space}>`")))
-            }
-            (Layer::Pure | Layer::Seam | Layer::Field, DeclarationKind::Entry(stage)) => Some((
+            (Layer::Integrator, DeclarationKind::Binding { .. }) => Some((
+                Rule::PureModule,
+                "an integrator declares no binding: take the value as an argument, or ask the scene seam".into(),
+            )),
+            (Layer::Kernel, DeclarationKind::Entry(_)) => None,
+            (_, DeclarationKind::Entry(stage)) => Some((
                 Rule::PureModule,
                 format!("an entry point (@{stage}) stands in a kernel, under {KERNELS}/"),
             )),
-            (Layer::Seam, DeclarationKind::Group(group)) if group != "0" => {
-                Some((Rule::BindGroup, format!("the host seam owns group 0 alone, not {group}")))
+            (Layer::Kernel, DeclarationKind::Variable(_)) => None,
+            (_, DeclarationKind::Variable("workgroup")) => {
+                Some((Rule::PureModule, "only a kernel declares workgroup variables".into()))
             }
-            (Layer::Field, DeclarationKind::Group(group)) if group != "2" => {
-                Some((Rule::BindGroup, format!("fields bind in group 2 alone, not in {group}")))
+            (Layer::Pure | Layer::Integrator, DeclarationKind::Variable(space)) => {
+                Some((Rule::PureModule, format!("a pure module keeps no state: `var<{space}>`")))
             }
-            (Layer::Kernel, DeclarationKind::Group("0")) => Some((
+            (Layer::Seam, DeclarationKind::Binding { group, .. }) if !matches!(group, "0" | "2") => {
+                Some((Rule::BindGroup, format!("the scene seam owns groups 0 and 2 alone, not {group}")))
+            }
+            (Layer::Field, DeclarationKind::Binding { group, .. }) if group != "3" => {
+                Some((Rule::BindGroup, format!("fields bind in group 3 alone, not in {group}")))
+            }
+            (Layer::Kernel, DeclarationKind::Binding { group: "0", .. }) => Some((
                 Rule::BindGroup,
-                "group 0 belongs to the host seam; kernels own 1 to 3".into(),
+                "group 0 belongs to the scene seam; kernels own 1 to 3".into(),
             )),
-            (Layer::Kernel, DeclarationKind::Group(group)) if !matches!(group, "1" | "2" | "3") => {
+            (Layer::Kernel, DeclarationKind::Binding { group, .. })
+                if !matches!(group, "1" | "2" | "3") =>
+            {
                 Some((Rule::BindGroup, format!("there are bind groups 0 to 3 only, not {group}")))
             }
             _ => None,
         };
         if let Some((rule, message)) = refusal {
             problems.push(source.problem(rule, (line, column), message));
+        }
+    }
+    for import in imports(&source.text) {
+        let of = layer_of(&import.path);
+        // Kernels as imports are refused with the other imports.
+        if of > layer && of != Layer::Kernel {
+            let message = format!(
+                "{} imports {}, `{}`: imports run from kernels to integrators, the scene seam, fields and pure modules, and never back",
+                layer.in_words(),
+                of.in_words(),
+                import.path
+            );
+            problems.push(source.problem(Rule::Direction, (import.line, import.column), message));
         }
     }
     if layer == Layer::Kernel && !found.iter().any(|d| matches!(d.kind, DeclarationKind::Entry(_)))

@@ -1,7 +1,14 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Modules by import path, and composing them.
+
+use super::budget::{Budget, Counted, Resources};
+use super::interface::Interface;
+use super::layers::{Layer, layer_of};
 use super::problem::{Problem, Rule};
-use super::{KERNELS, ROOT, scan};
+use super::scan::DeclarationKind;
+use super::{BASELINE, KERNELS, ROOT, layers, scan};
 use naga::WithSpan;
-use naga::valid::Capabilities;
+use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, ComposerError, ComposerErrorInner, ErrSource,
     NagaModuleDescriptor, get_preprocessor_data,
@@ -94,9 +101,22 @@ impl Library {
             let path = entry.path();
             let Some(stem) = path.file_stem().and_then(|stem| stem.to_str()) else { continue };
             let name = format!("{import_path}::{stem}");
-            if path.is_dir() {
+            let is_wgsl = path.extension().is_some_and(|extension| extension == "wgsl");
+            if !is_identifier(stem) && (is_wgsl || path.is_dir()) {
+                let file = path.clone();
+                problems.push(Problem {
+                    file,
+                    line: 1,
+                    column: 1,
+                    rule: Rule::ImportPath,
+                    message: format!(
+                        "`{stem}` is no identifier, and names of files and folders are parts of import paths: use letters, digits and _"
+                    ),
+                    excerpt: None,
+                });
+            } else if path.is_dir() {
                 folders.push((path, name));
-            } else if path.extension().is_some_and(|extension| extension == "wgsl") {
+            } else if is_wgsl {
                 match std::fs::read(&path).map(String::from_utf8) {
                     Ok(Ok(text)) => {
                         self.insert(Source { import_path: name, file: path, text: text.into() })
@@ -112,7 +132,7 @@ impl Library {
     }
 
     /// Adds a module; one that has the same import path is replaced, which is how a renderer puts
-    /// its own scene behind the host seam.
+    /// its own scene behind the scene seam.
     pub fn insert(&mut self, source: Source) {
         self.modules.insert(source.import_path.clone(), source);
     }
@@ -143,18 +163,20 @@ impl Library {
         if walk.problems.is_empty() { Ok(walk.done) } else { Err(walk.problems) }
     }
 
-    /// Composes `source` with everything that it imports, and validates the whole under
-    /// `capabilities` ([`BASELINE`](super::BASELINE) for plain WebGPU).
+    /// Composes `source` with everything that it imports, validates the whole, and holds it to the budget: what the build
+    /// does with each kernel.
     ///
     /// # Errors
-    /// What is wrong with the imports, or the first parse or validation error.
-    pub fn compose(
-        &self,
-        source: &Source,
-        capabilities: Capabilities,
-    ) -> Result<naga::Module, Vec<Problem>> {
+    /// What is wrong with the imports or the bindings, else the first parse or validation error, else all limits that are
+    /// passed.
+    pub fn compose(&self, source: &Source, target: Target) -> Result<Composed, Vec<Problem>> {
         let dependencies = self.dependencies(source)?;
-        let mut composer = Composer::default().with_capabilities(capabilities);
+        let sides = dependencies.iter().copied().chain([source]);
+        let conflicts = layers::check_bindings(sides);
+        if !conflicts.is_empty() {
+            return Err(conflicts);
+        }
+        let mut composer = Composer::default().with_capabilities(target.capabilities);
         for module in dependencies {
             let added = composer.add_composable_module(ComposableModuleDescriptor {
                 source: &module.text,
@@ -166,14 +188,78 @@ impl Library {
                 return Err(vec![problem_of(module, &error, &composer)]);
             }
         }
-        composer
+        let module = composer
             .make_naga_module(NagaModuleDescriptor {
                 source: &source.text,
                 file_path: &source.file.to_string_lossy(),
                 ..Default::default()
             })
-            .map_err(|error| vec![problem_of(source, &error, &composer)])
+            .map_err(|error| vec![problem_of(source, &error, &composer)])?;
+        let info = Validator::new(ValidationFlags::all(), target.capabilities)
+            .validate(&module)
+            .map_err(|error| {
+                vec![source.problem(Rule::Validation, (1, 1), error.as_inner().to_string())]
+            })?;
+        let resources = Resources::of(&module);
+        let excess =
+            target.budget.map_or(Vec::new(), |budget| over_budget(source, &resources, &budget));
+        if !excess.is_empty() {
+            return Err(excess);
+        }
+        let interface = Interface::of(&module, &info);
+        Ok(Composed { module, info, resources, interface })
     }
+}
+
+/// What is asked of a composed module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Target {
+    /// What the adapter can do.
+    pub capabilities: Capabilities,
+    /// What it may take; None: whatever it likes.
+    pub budget: Option<Budget>,
+}
+
+impl Default for Target {
+    /// Plain WebGPU.
+    fn default() -> Self {
+        Self { capabilities: BASELINE, budget: Some(Budget::BASELINE) }
+    }
+}
+
+/// A composed and validated module.
+#[derive(Clone, Debug)]
+pub struct Composed {
+    /// The module, for `wgpu::ShaderSource::Naga`.
+    pub module: naga::Module,
+    /// What the validator found out about it.
+    pub info: naga::valid::ModuleInfo,
+    /// What it declares of what WebGPU limits.
+    pub resources: Resources,
+    /// Its bindings and entry points: bind group layouts follow from them.
+    pub interface: Interface,
+}
+
+fn over_budget(source: &Source, resources: &Resources, budget: &Budget) -> Vec<Problem> {
+    let found = scan::declarations(&source.text);
+    let imports = scan::imports(&source.text);
+    let seam = imports.iter().find(|import| layer_of(&import.path) == Layer::Seam);
+    let place_of = |counted: Counted| {
+        let declaration = match counted {
+            Counted::Seam => return seam.map_or((1, 1), |import| (import.line, import.column)),
+            Counted::Buffer => {
+                found.iter().rev().find(|d| matches!(d.kind, DeclarationKind::Binding { .. }))
+            }
+            Counted::Workgroup => found.iter().find(|d| d.kind == DeclarationKind::WorkgroupSize),
+            Counted::Other => found.iter().find(|d| matches!(d.kind, DeclarationKind::Entry(_))),
+        };
+        declaration.map_or((1, 1), |d| (d.line, d.column))
+    };
+    resources
+        .excess(budget)
+        .into_iter()
+        .map(|excess| source.problem(Rule::Budget, place_of(excess.counted), excess.message))
+        .collect()
 }
 
 fn unreadable(file: &Path, error: &std::io::Error) -> Problem {
@@ -200,6 +286,11 @@ fn not_utf8(file: PathBuf, error: &std::string::FromUtf8Error) -> Problem {
     }
 }
 
+fn is_identifier(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
 struct Walk<'a> {
     library: &'a Library,
     done: Vec<&'a Source>,
@@ -210,6 +301,21 @@ struct Walk<'a> {
 impl<'a> Walk<'a> {
     fn visit(&mut self, source: &Source) {
         self.path.push(source.import_path.clone());
+        for import in scan::imports(&source.text) {
+            let Some(module) = import.parent().and_then(|path| self.library.get(path)) else {
+                continue;
+            };
+            let item = import.path.rsplit("::").next().unwrap_or_default();
+            if self.library.get(&import.path).is_none()
+                && !scan::declared_names(&module.text).contains(&item)
+            {
+                self.problems.push(source.problem(
+                    Rule::ImportMissing,
+                    (import.line, import.column),
+                    format!("`{}` has no `{item}`", module.import_path),
+                ));
+            }
+        }
         for import in source.wanted(self.library) {
             let place = source.place_of_import(&import);
             if import.starts_with(&format!("{ROOT}::{KERNELS}::")) {

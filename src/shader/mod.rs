@@ -1,5 +1,6 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Composing and checking WGSL: what the build script runs, and what a renderer that replaces
-//! parts of the host seam runs itself.
+//! parts of the scene seam runs itself.
 //!
 //! * [`Library`]: a set of modules by import path; a file's path is its import path.
 //! * [`Library::compose`]: one kernel and everything that it imports, as validated naga IR.
@@ -9,16 +10,25 @@
 //! This folder is compiled twice, into the crate and into `build.rs`, so it uses nothing else of
 //! the crate.
 
+mod axes;
 mod budget;
 mod check;
+mod interface;
 mod layers;
 mod library;
 mod problem;
 mod scan;
 
+pub use axes::{
+    AXES, Axis, AxisValue, BASELINE, Choice, NO_TEXTURES, RAY_QUERY, SHADOW_CONES, SHADOW_MAPS,
+    UnknownVariant, VOLUME_BUFFERS, Variant,
+};
 pub use budget::{Budget, Resources};
-pub use check::{BASELINE, CheckedKernel, CheckedTree, VARIANTS, Variant, check_tree, variant};
-pub use library::{Library, Source};
+pub use check::{CheckedKernel, CheckedTree, Overlay, check_tree};
+pub use interface::{
+    Access, Binding, BindingKind, Dimension, EntryPoint, Interface, Stage, Texels,
+};
+pub use library::{Composed, Library, Source, Target};
 pub use problem::{Problem, Rule};
 
 /// The import path's first segment, and the folder name under which kernels live.

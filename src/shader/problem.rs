@@ -1,3 +1,6 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What the check reports.
+
 use std::fmt;
 use std::path::PathBuf;
 
@@ -16,9 +19,11 @@ pub enum Rule {
     KernelImported,
     /// `#define_import_path` is missing in a module, differs from the file's path, or stands in a kernel.
     ImportPath,
+    /// A module imports one of a layer above its own.
+    Direction,
     /// A pure module declares a binding, a workgroup variable, or an entry point.
     PureModule,
-    /// A seam module declares a binding outside group 0, or a kernel one inside it.
+    /// A binding stands in a group that is another layer's, or where another one stands.
     BindGroup,
     /// A file under `variants/` stands in the folder of no variant.
     UnknownVariant,

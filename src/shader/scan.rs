@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A lexical look at WGSL: enough to find declarations and their places without composing.
 
 /// A token with its place.
@@ -93,8 +94,8 @@ pub struct Declaration<'a> {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeclarationKind<'a> {
-    /// `@group(N)`.
-    Group(&'a str),
+    /// `@group(…) @binding(…) var… name`: the two numbers and the name as written.
+    Binding { group: &'a str, binding: &'a str, name: &'a str },
     /// `var<workgroup>`, `var<private>`: the address space.
     Variable(&'a str),
     /// `@compute`, `@vertex`, `@fragment`.
@@ -111,7 +112,22 @@ pub fn declarations(source: &str) -> Vec<Declaration<'_>> {
     for (ix, token) in tokens.iter().enumerate() {
         let kind = match token.text {
             "@" => match text(ix + 1) {
-                "group" => DeclarationKind::Group(text(ix + 3)),
+                "group" => {
+                    let end =
+                        (ix..tokens.len()).find(|&at| text(at) == ";").unwrap_or(tokens.len());
+                    let number = |of| {
+                        let at = (ix..end).find(|&at| text(at) == of).map_or(end, |at| at + 2);
+                        text(at)
+                    };
+                    // The name is what stands before the colon of its type.
+                    let colon = (ix..end).find(|&at| text(at) == ":").unwrap_or(end);
+                    let name = text(colon.saturating_sub(1));
+                    DeclarationKind::Binding {
+                        group: number("group"),
+                        binding: number("binding"),
+                        name,
+                    }
+                }
                 "workgroup_size" => DeclarationKind::WorkgroupSize,
                 stage @ ("compute" | "vertex" | "fragment") => DeclarationKind::Entry(stage),
                 _ => continue,
@@ -213,4 +229,29 @@ pub fn end_of(text: &str) -> (u32, u32) {
     let line = text.matches('\n').count() as u32 + 1;
     let column = text.rsplit('\n').next().map_or(0, |l| l.chars().count()) as u32 + 1;
     (line, column)
+}
+
+/// Names of functions, structs, constants and variables that stand at module scope.
+pub fn declared_names(source: &str) -> Vec<&str> {
+    let tokens = tokens(source);
+    let text = |ix: usize| tokens.get(ix).map_or("", |token| token.text);
+    let mut depth = 0;
+    let mut out = Vec::new();
+    for (ix, token) in tokens.iter().enumerate() {
+        match token.text {
+            "{" => depth += 1,
+            "}" => depth -= 1,
+            "fn" | "struct" | "const" | "override" | "alias" if depth == 0 => {
+                out.push(text(ix + 1))
+            }
+            "var" if depth == 0 => {
+                let closed = (ix..tokens.len()).find(|&at| text(at) == ">");
+                let name =
+                    if text(ix + 1) == "<" { closed.map_or(ix, |at| at + 1) } else { ix + 1 };
+                out.push(text(name));
+            }
+            _ => {}
+        }
+    }
+    out
 }

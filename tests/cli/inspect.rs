@@ -29,7 +29,7 @@ fn kernels_describes_one() {
         "file: wgsl/kernels/rays/any_hit.wgsl",
         "Dispatch: ",
         "entry point: main (compute), workgroup 64x1x1",
-        "imports: lucerna::host::rays",
+        "imports: lucerna::scene::rays",
         "@group(1) @binding(2) blocked: storage buffer, read and write",
         "of 8 storage buffers",
     ] {

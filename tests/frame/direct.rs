@@ -8,8 +8,9 @@ use crate::whole::{Rendered, accumulated, render};
 use glam::{DVec2, DVec3, UVec2, Vec3};
 use lucerna::frame::{NoIndirect, ViewSettings};
 use lucerna::gpu_scene::{GpuScene, RaySource};
-use lucerna::reference::{Channel, PixelSums, ReferenceSettings, resolve};
 use lucerna::scene::{AlphaMode, Camera, Light, LoadLimits, Material, Projection, Scene, Sky};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, PixelSums, ReferenceSettings, resolve};
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -158,7 +159,7 @@ fn irradiance_is_that_of_a_white_surface() {
         direction: Vec3::new(0.6, -0.8, 0.0),
         irradiance: Vec3::new(3.0, 2.0, 1.0),
     });
-    let settings = ViewSettings { irradiance: true, ..accumulated(2, 0) };
+    let settings = settings!(ViewSettings { irradiance: true, ..accumulated(2, 0) });
     let on_gpu = on_gpu(&world, false, RaySource::Software);
     let found = render(&on_gpu, &look_down(1.0, 1.0), UVec2::splat(4), settings, 4);
     for pixel in found.channel(Channel::Irradiance) {
@@ -192,7 +193,7 @@ fn compare(a: &[Vec3], b: &[Vec3], keep: impl Fn(usize) -> bool) -> Compared {
 /// The path tracer's direct light twice, with different seeds: 256 paths a pixel each.
 fn references(world: &GpuScene, camera: &Camera, side: u32) -> [Vec<PixelSums>; 2] {
     [0, 1].map(|seed| {
-        trace(world, camera, &ReferenceSettings { seed, ..settings(side, side, 0) }, 256)
+        trace(world, camera, &settings!(ReferenceSettings { seed, ..settings(side, side, 0) }), 256)
     })
 }
 

@@ -6,8 +6,8 @@ use crate::whole::{Rendered, accumulated, read_texture, render};
 use glam::{DVec2, DVec3, UVec2, Vec2, Vec3};
 use lucerna::frame::View;
 use lucerna::gpu_scene::{GpuScene, RaySource};
-use lucerna::reference::{Channel, resolve};
 use lucerna::scene::{AlphaMode, Camera, Filter, Material, Mesh, Projection, Scene};
+use lucerna::techniques::reference::{Channel, resolve};
 
 pub fn camera_at(eye: Vec3, target: Vec3, fov_degrees: f32) -> Camera {
     let forward = (target - eye).normalize();

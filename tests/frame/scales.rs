@@ -6,8 +6,8 @@ use crate::support::{add_texture, diffuse, emitter, lambert, look_down, quad, sc
 use crate::whole::{Rendered, accumulated, render};
 use glam::{UVec2, Vec3};
 use lucerna::frame::{NoIndirect, ViewSettings};
-use lucerna::reference::Channel;
 use lucerna::scene::{AlphaMode, Camera, Material, Mesh, Projection, Sky};
+use lucerna::techniques::reference::Channel;
 
 /// A horizontal rectangle that faces up.
 fn plate(x: [f32; 2], y: f32, z: [f32; 2], material: usize) -> Mesh {

@@ -4,14 +4,15 @@ use crate::harness::gpu;
 use crate::support::{floor, lambert, look_down, quad, scene};
 use crate::whole::{Rendered, accumulated};
 use glam::{UVec2, Vec3};
+use lucerna::components::shadow_maps::{ShadowError, ShadowFiltering, ShadowMaps, ShadowSettings};
 use lucerna::frame::{DirectPass, DirectSettings, NoIndirect};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
-use lucerna::reference::Channel;
 use lucerna::scene::{AlphaMode, Camera, Light, Material, Scene};
-use lucerna::shadow::{ShadowError, ShadowFiltering, ShadowMaps, ShadowSettings};
+use lucerna::settings;
+use lucerna::techniques::reference::Channel;
 
 fn upload(world: &Scene) -> GpuScene {
-    let options = GpuSceneOptions { diffuse_only: true, ..Default::default() };
+    let options = settings!(GpuSceneOptions { diffuse_only: true, ..Default::default() });
     GpuScene::new(gpu(), world, options).unwrap()
 }
 
@@ -36,7 +37,7 @@ fn direct(
 }
 
 fn pcf() -> ShadowSettings {
-    ShadowSettings { resolution: 512, filtering: ShadowFiltering::Pcf(1.0) }
+    settings!(ShadowSettings { resolution: 512, filtering: ShadowFiltering::Pcf(1.0) })
 }
 
 fn spot(position: Vec3, direction: Vec3) -> Light {
@@ -138,7 +139,7 @@ fn wide_filters_leave_slanted_surfaces_lit() {
         let camera = look_down(3.0, 2.2);
         let rays = direct(&world, &camera, size, None);
         for filtering in [ShadowFiltering::Pcf(16.0), pcss(0.1), pcss(0.5)] {
-            let shadows = ShadowSettings { resolution: 512, filtering };
+            let shadows = settings!(ShadowSettings { resolution: 512, filtering });
             let maps = direct(&world, &camera, size, Some(shadows));
             let n_lit = rays.iter().filter(|v| v.y > 0.0).count();
             assert!(n_lit > 200, "{name}: {n_lit}");
@@ -181,10 +182,10 @@ fn pcss_penumbra_is_as_wide_as_similar_triangles_say() {
         let size = UVec2::new(256, 8);
         // From below the plate, ±0.48 m around its edge.
         let camera = look_down(over_floor * 0.9, 0.015);
-        let settings = ShadowSettings {
+        let settings = settings!(ShadowSettings {
             resolution: 1024,
             filtering: ShadowFiltering::Pcss { light_radius: radius, angular_radius: 0.27 },
-        };
+        });
         let shaded = direct(&world, &camera, size, Some(settings));
         let lit = direct(&open, &camera, size, None);
         // Rows average the pattern of the filter.
@@ -247,12 +248,12 @@ fn shadow_settings_out_of_range_are_refused() {
     let pcss =
         |light_radius, angular_radius| ShadowFiltering::Pcss { light_radius, angular_radius };
     for settings in [
-        ShadowSettings { resolution: 0, ..pcf() },
-        ShadowSettings { resolution: 1 << 20, ..pcf() },
-        ShadowSettings { filtering: ShadowFiltering::Pcf(0.0), ..pcf() },
-        ShadowSettings { filtering: ShadowFiltering::Pcf(f32::NAN), ..pcf() },
-        ShadowSettings { filtering: pcss(-1.0, 0.0), ..pcf() },
-        ShadowSettings { filtering: pcss(0.1, 90.0), ..pcf() },
+        settings!(ShadowSettings { resolution: 0, ..pcf() }),
+        settings!(ShadowSettings { resolution: 1 << 20, ..pcf() }),
+        settings!(ShadowSettings { filtering: ShadowFiltering::Pcf(0.0), ..pcf() }),
+        settings!(ShadowSettings { filtering: ShadowFiltering::Pcf(f32::NAN), ..pcf() }),
+        settings!(ShadowSettings { filtering: pcss(-1.0, 0.0), ..pcf() }),
+        settings!(ShadowSettings { filtering: pcss(0.1, 90.0), ..pcf() }),
     ] {
         let error = ShadowMaps::new(gpu(), &world, settings).unwrap_err();
         assert!(matches!(error, ShadowError::Setting { .. }), "{settings:?}: {error}");

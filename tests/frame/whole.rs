@@ -8,8 +8,9 @@ use lucerna::frame::{
     ViewSettings,
 };
 use lucerna::gpu_scene::GpuScene;
-use lucerna::reference::{Channel, PixelSums, resolve};
 use lucerna::scene::{Camera, Light, Scene, Sky};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, PixelSums, resolve};
 
 /// Frames of a still camera.
 pub struct Rendered {
@@ -52,7 +53,7 @@ fn render_with(
 impl Rendered {
     /// Nothing yet; compiled once for any number of [`Self::run`]s.
     pub fn new(world: &GpuScene, size: UVec2, n_samples: u32) -> Self {
-        let direct = DirectSettings { n_samples, ..Default::default() };
+        let direct = settings!(DirectSettings { n_samples, ..Default::default() });
         let passes = FramePasses::new(gpu(), world, size, direct).unwrap();
         Self { size, passes, view: View::new(gpu(), size), sums: Vec::new(), n_rejected: 0 }
     }
@@ -86,7 +87,7 @@ impl Rendered {
 }
 
 pub fn accumulated(n_accumulated: u32, seed: u32) -> ViewSettings {
-    ViewSettings { n_accumulated, seed, ..Default::default() }
+    settings!(ViewSettings { n_accumulated, seed, ..Default::default() })
 }
 
 /// The texels of a texture, row by row, rows unpadded.

@@ -4,8 +4,8 @@ use crate::harness::{Random, gpu, map, read, storage};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4, UVec3, Vec3, Vec4};
 use half::f16;
-use lucerna::voxel::VoxelGrid;
-use lucerna::voxel_cone::{
+use lucerna::components::voxels::VoxelGrid;
+use lucerna::techniques::voxel_cone::{
     Cone, ConeResult, ConeStepping, PrefilterPass, Pyramid, PyramidStorage, TracePass,
 };
 
@@ -732,7 +732,7 @@ fn concave_corners_are_closed() {
         })
         .collect();
     let found: Vec<Four> = map(
-        "#import lucerna::cone::opacity::corner_opacity
+        "#import lucerna::components::voxel_pyramid::opacity::corner_opacity
          struct Input { coverage: vec4<f32>, depth: vec4<f32> }
          alias Output = vec4<f32>;
          fn map(x: Input) -> Output { return vec4<f32>(corner_opacity(x.coverage.xyz, x.depth.xyz), 0.0); }",

@@ -1,4 +1,4 @@
-//! The host seam's rays: both implementations against a brute-force oracle and each other.
+//! The scene seam's rays: both implementations against a brute-force oracle and each other.
 
 use crate::harness::{Random, gpu, ray_query_gpu, read, storage};
 use crate::texture_oracle;
@@ -8,6 +8,7 @@ use lucerna::rays::{Hit, NONE, Ray, RayKernel, RayQuestion};
 use lucerna::scene::{
     AlphaMode, Filter, Image, Instance, Material, Mesh, Scene, Texture, TextureRef, Wrap,
 };
+use lucerna::settings;
 
 /// A scene of loose triangles.
 pub fn soup(triangles: &[[Vec3; 3]]) -> Scene {
@@ -54,7 +55,7 @@ pub fn random_rays(n: usize, seed: u64) -> Vec<Ray> {
 }
 
 fn on_gpu(scene: &Scene, rays: RaySource) -> GpuScene {
-    GpuScene::new(gpu(), scene, GpuSceneOptions { rays, ..Default::default() }).unwrap()
+    GpuScene::new(gpu(), scene, settings!(GpuSceneOptions { rays, ..Default::default() })).unwrap()
 }
 
 pub fn trace(scene: &GpuScene, question: RayQuestion, rays: &[Ray]) -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! Prefix sums against the CPU.
 
 use crate::harness::{Random, gpu, read, storage};
-use lucerna::voxel::Scan;
+use lucerna::components::voxels::Scan;
 
 fn scanned(numbers: &[u32], n: u32) -> Vec<u32> {
     let gpu = gpu();

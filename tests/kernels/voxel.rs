@@ -1,4 +1,4 @@
-//! `wgsl/voxel/{grid,bricks,lookup}.wgsl` and `wgsl/voxel_rt/cache.wgsl`.
+//! `wgsl/voxel/{grid,bricks,lookup}.wgsl` and `wgsl/components/voxel_light/cache.wgsl`.
 
 use crate::harness::{Random, map};
 use bytemuck::{Pod, Zeroable};
@@ -30,8 +30,8 @@ fn bricks_number_every_cell_once() {
             .map(|cell| Cell { cell, reserved: 0 })
             .collect();
         let wgsl = format!(
-            "#import lucerna::voxel::grid::{{VoxelGrid, pack_cell, unpack_cell}}
-            #import lucerna::voxel::bricks::{{BRICK, bit_of_cell, brick_of_cell, cell_of_bit}}
+            "#import lucerna::components::voxels::grid::{{VoxelGrid, pack_cell, unpack_cell}}
+            #import lucerna::components::voxels::bricks::{{BRICK, bit_of_cell, brick_of_cell, cell_of_bit}}
             {GRID}
             struct Input {{ cell: vec3<u32> }}
             struct Output {{ cell: vec3<u32>, brick: u32, unpacked: vec3<u32>, bit: u32 }}
@@ -68,7 +68,7 @@ fn slots_are_ranks() {
             [random.bits() as u32, random.bits() as u32 >> 6, random.bits() as u32 % 32, 0]
         }),
     );
-    let wgsl = "#import lucerna::voxel::bricks::slot_of_bit
+    let wgsl = "#import lucerna::components::voxels::bricks::slot_of_bit
         struct Input { a: vec4<u32> }
         struct Output { slot: u32 }
         fn map(in: Input) -> Output { return Output(slot_of_bit(in.a.x, in.a.y, in.a.z)); }";
@@ -90,7 +90,7 @@ fn taps_interpolate_linear_functions() {
     let mut random = Random(2);
     let mut points: Vec<[f32; 4]> = [[0.5; 4], [0.0; 4], [1.0; 4], [-0.5; 4], [255.5; 4]].to_vec();
     points.extend((0..10_000).map(|_| std::array::from_fn(|_| random.range(-2.0, 258.0))));
-    let wgsl = "#import lucerna::voxel::lookup::{taps_at, tap_cell, tap_weight}
+    let wgsl = "#import lucerna::components::voxels::lookup::{taps_at, tap_cell, tap_weight}
         struct Input { at: vec4<f32> }
         struct Output { cells: array<vec4<i32>, 8>, weights: array<f32, 8> }
         fn map(in: Input) -> Output {
@@ -130,9 +130,9 @@ fn faces_and_their_weights() {
         .collect();
     normals.extend((0..5000).map(|_| random.direction().extend(0.0).to_array()));
     let wgsl = format!(
-        "#import lucerna::voxel::grid::{{VoxelGrid, face_axis, face_normal, faces_of_direction}}
-        #import lucerna::voxel::bricks::BRICK
-        #import lucerna::voxel::lookup::face_weights
+        "#import lucerna::components::voxels::grid::{{VoxelGrid, face_axis, face_normal, faces_of_direction}}
+        #import lucerna::components::voxels::bricks::BRICK
+        #import lucerna::components::voxels::lookup::face_weights
         {GRID}
         struct Input {{ n: vec4<f32> }}
         struct Output {{ normals: array<vec4<f32>, 3>, weights: vec3<f32>, one: f32 }}
@@ -180,7 +180,7 @@ struct Renewal {
     reserved: [f32; 2],
 }
 
-const RENEW: &str = "#import lucerna::voxel_rt::cache::{FaceLight, FaceSamples, renew, coverage, has_rejected, hit_depth, wall_share, wall_coverage}
+const RENEW: &str = "#import lucerna::components::voxel_light::cache::{FaceLight, FaceSamples, renew, coverage, has_rejected, hit_depth, wall_share, wall_coverage}
     struct Input {
         direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32,
         new_direct: vec3<f32>, new_hits: f32, new_indirect: vec3<f32>, new_rays: f32,
@@ -286,7 +286,7 @@ fn renewal_is_a_weighted_mean() {
     }
 }
 
-const DEPOSIT: &str = "#import lucerna::voxel_rt::cache::{FaceLight, add_deposit, hit_depth, has_rejected, keep_deposits, n_deposits}
+const DEPOSIT: &str = "#import lucerna::components::voxel_light::cache::{FaceLight, add_deposit, hit_depth, has_rejected, keep_deposits, n_deposits}
     struct Input { means: array<vec4<f32>, 8>, frames: array<u32, 8> }
     struct Output { direct: vec3<f32>, n: u32, depth: f32, rejected: u32, kept: f32, n_kept: u32 }
     fn map(in: Input) -> Output {
@@ -381,8 +381,8 @@ struct WallCase {
     share: f32,
 }
 
-const WALLS: &str = "#import lucerna::voxel_rt::cache::FaceLight
-    #import lucerna::voxel_rt::walls::{open_part, walls_of_axis, keep_before_walls, undivided}
+const WALLS: &str = "#import lucerna::components::voxel_light::cache::FaceLight
+    #import lucerna::components::voxel_light::walls::{open_part, walls_of_axis, keep_before_walls, undivided}
     struct Input { coverage: array<f32, 6>, depth: array<f32, 6>, at: vec3<f32>, lit: u32, point: vec3<f32>, share: f32 }
     struct Output { kept: vec3<f32>, a: f32, undivided: vec3<f32>, b: f32 }
     fn light(in: Input, face: u32) -> FaceLight {

@@ -3,19 +3,22 @@
 use crate::harness::{Random, gpu, map, read};
 use crate::rays::random_triangles;
 use glam::{Affine2, Affine3A, DVec3, UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
+use lucerna::components::voxels::{
+    Resolution, Triangles, VoxelAttributes, VoxelCounts, VoxelGrid, Voxelizer, grid_for_bounds,
+    n_bricks,
+};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::scene::{
     AlphaMode, Filter, Image, Instance, Material, Mesh, Scene, Texture, TextureRef, Wrap,
 };
-use lucerna::voxel::{
-    Resolution, Triangles, VoxelAttributes, VoxelCounts, VoxelGrid, Voxelizer, grid_for_bounds,
-    n_bricks,
-};
+use lucerna::settings;
 use std::collections::BTreeMap;
 
 /// What is tested is how colours are averaged: they are reflected as they are.
-const LAMBERT: GpuSceneOptions =
-    GpuSceneOptions { diffuse_only: true, rays: lucerna::gpu_scene::RaySource::Software };
+const LAMBERT: GpuSceneOptions = settings!(GpuSceneOptions {
+    diffuse_only: true,
+    rays: lucerna::gpu_scene::RaySource::Software
+});
 
 /// The triangle's part in a box, as a polygon: cut by half-spaces in f64.
 fn clipped(corners: [DVec3; 3], low: DVec3, high: DVec3) -> Vec<DVec3> {
@@ -102,7 +105,7 @@ fn clip_area_matches_f64() {
     assert!(n_parts > 10_000, "{n_parts}");
 }
 
-/// A face as `wgsl/voxel/attributes.wgsl` documents its record, decoded here by hand.
+/// A face as `wgsl/components/voxels/attributes.wgsl` documents its record, decoded here by hand.
 #[derive(Clone, Copy, Debug)]
 struct Face {
     valid: bool,

@@ -3,9 +3,9 @@
 use crate::harness::{Random, gpu, read};
 use bytemuck::Zeroable;
 use glam::{IVec3, UVec3, Vec3};
-use lucerna::bindings::baseline::lucerna::voxel::levels::{VoxelLevel, VoxelLevels};
-use lucerna::voxel::{VoxelCounts, VoxelGrid};
-use lucerna::voxel_rt::{
+use lucerna::bindings::baseline::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
+use lucerna::components::voxels::{VoxelCounts, VoxelGrid};
+use lucerna::techniques::voxel_rt::{
     CacheBuffers, CarryInfo, CarryPass, FaceLight, PublishInfo, PublishPass, WallsInfo, WallsPass,
     sparse_grid,
 };

@@ -3,14 +3,15 @@
 use crate::harness::{Random, gpu, map, read, storage};
 use bytemuck::{AnyBitPattern, NoUninit};
 use glam::{Affine3A, DVec3, UVec2, UVec3, Vec3};
-use lucerna::bindings::baseline::kernels::voxel_rt::inject as kernel;
-use lucerna::bindings::baseline::lucerna::voxel::accumulator as layout;
+use lucerna::bindings::baseline::kernels::voxel_light::inject as kernel;
+use lucerna::bindings::baseline::lucerna::components::voxel_light::accumulator as layout;
+use lucerna::components::voxels::VoxelGrid;
 use lucerna::frame::{View, ViewSettings};
 use lucerna::gpu::GpuError;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::scene::{Camera, Instance, Light, Material, Mesh, Projection, Scene, Sky};
-use lucerna::voxel::VoxelGrid;
-use lucerna::voxel_rt::{
+use lucerna::settings;
+use lucerna::techniques::voxel_rt::{
     InjectError, Injection, InjectionSource, RejectedSamples, VoxelInjector, VoxelIrradiance,
     VoxelSample, WriteStrategy, sparse_grid,
 };
@@ -72,7 +73,7 @@ fn samples_are_checked_and_quantised() {
         inputs.push(Value { value, scale });
     }
     let outputs: Vec<Quanta> = map(
-        "#import lucerna::voxel::average::{check_sample, quantise, SAMPLE_REJECTED}
+        "#import lucerna::components::voxel_light::average::{check_sample, quantise, SAMPLE_REJECTED}
         struct Input { value: vec3<f32>, scale: f32 }
         struct Output { quanta: vec3<u32>, verdict: u32 }
         fn map(input: Input) -> Output {
@@ -153,7 +154,7 @@ fn sums_are_64_bit_integers() {
         });
     }
     let outputs: Vec<Added> = map(
-        "#import lucerna::voxel::average::{WideSum, add_to_sum, mean_of_sum}
+        "#import lucerna::components::voxel_light::average::{WideSum, add_to_sum, mean_of_sum}
         struct Input { low: vec3<u32>, count: u32, high: vec3<u32>, quantum: f32, added: vec3<u32>, reserved: u32 }
         struct Output { low: vec3<u32>, a: u32, high: vec3<u32>, b: u32, mean: vec3<f32>, c: u32 }
         fn map(input: Input) -> Output {
@@ -196,7 +197,7 @@ fn the_packed_average_moves_as_described() {
         })
         .collect();
     let outputs: Vec<[u32; 2]> = map(
-        "#import lucerna::voxel::average::{moving_average_step, pack_average}
+        "#import lucerna::components::voxel_light::average::{moving_average_step, pack_average}
         struct Input { value: vec3<f32>, word: u32 }
         alias Output = vec2<u32>;
         fn map(input: Input) -> Output {
@@ -234,7 +235,7 @@ fn faces_are_chosen_by_the_squares_of_the_normal() {
         })
         .collect();
     let faces: Vec<u32> = map(
-        "#import lucerna::voxel::face_choice::choose_face
+        "#import lucerna::components::voxels::face_choice::choose_face
         struct Input { normal: vec3<f32>, u: f32 }
         alias Output = u32;
         fn map(input: Input) -> Output { return choose_face(input.normal, input.u); }",
@@ -263,7 +264,7 @@ fn raw(
     let gpu = gpu();
     let text = lucerna::kernels()
         .iter()
-        .find(|k| k.name == "voxel_rt/inject" && k.variant.is_empty())
+        .find(|k| k.name == "voxel_light/inject" && k.variant.is_empty())
         .and_then(|k| k.composed)
         .unwrap();
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -431,7 +432,7 @@ impl Rig {
         strategy: WriteStrategy,
         rays: RaySource,
     ) -> Self {
-        let options = GpuSceneOptions { rays, ..Default::default() };
+        let options = settings!(GpuSceneOptions { rays, ..Default::default() });
         let scene = GpuScene::new(gpu(), scene, options).unwrap();
         let volume =
             VoxelIrradiance::new(gpu(), grid, &storage(bytemuck::cast_slice(structure)), strategy)
@@ -951,7 +952,7 @@ fn what_cannot_be_is_refused() {
 fn the_hosts_bricks_are_the_kernels() {
     let inputs: Vec<u32> = (0..64).collect();
     let cells: Vec<u32> = map(
-        "#import lucerna::voxel::bricks::BRICK
+        "#import lucerna::components::voxels::bricks::BRICK
         alias Input = u32;
         alias Output = u32;
         fn map(input: Input) -> Output { return BRICK.x | (BRICK.y << 8u) | (BRICK.z << 16u); }",

@@ -3,12 +3,12 @@
 use crate::harness::{Random, gpu, map, read};
 use crate::rays::{random_triangles, soup};
 use glam::{DVec3, UVec3, Vec3};
-use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
-use lucerna::scene::{Instance, Scene};
-use lucerna::voxel::{
+use lucerna::components::voxels::{
     BRICK, Resolution, TriangleCounter, Triangles, VoxelCounts, VoxelError, VoxelGrid, Voxelizer,
     capacity_limit, grid_for_bounds, n_bricks,
 };
+use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
+use lucerna::scene::{Instance, Scene};
 
 fn submit(record: impl FnOnce(&mut wgpu::CommandEncoder)) {
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
@@ -423,7 +423,7 @@ fn grids_have_margins_and_limits() {
 #[test]
 fn bricks_are_the_shaders() {
     let bricks: Vec<UVec3> = map(
-        "#import lucerna::voxel::bricks::BRICK
+        "#import lucerna::components::voxels::bricks::BRICK
         struct Input { nothing: u32 }
         struct Output { x: u32, y: u32, z: u32 }
         fn map(i: Input) -> Output { return Output(BRICK.x, BRICK.y, BRICK.z); }",

@@ -4,8 +4,9 @@ use crate::support::{
     ceiling, diffuse, floor, lambert, look_down, over_pixels, render, scene, settings,
 };
 use glam::{Affine3A, DVec3, UVec2, Vec3};
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::scene::{Camera, Projection};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 
 const ALBEDO: [f32; 3] = [0.8, 0.5, 0.2];
 
@@ -93,8 +94,10 @@ fn openness_under_a_ceiling() {
     let meshes = vec![floor(50.0, 0.0, 0), ceiling(50.0, height, 0)];
     let world = diffuse(&scene(meshes, vec![lambert([0.5; 3])]));
     for distance in [0.4f64, 0.6, 1.0, 2.0] {
-        let settings =
-            ReferenceSettings { occlusion_distance: distance as f32, ..settings(8, 8, 0) };
+        let settings = settings!(ReferenceSettings {
+            occlusion_distance: distance as f32,
+            ..settings(8, 8, 0)
+        });
         let sums = render(&world, &look_down(0.25, 0.1), &settings, 512);
         let picture = resolve(&sums, UVec2::splat(8), Channel::Openness).rgb;
         let mean = picture.iter().map(|v| f64::from(v.x)).sum::<f64>() / picture.len() as f64;

@@ -4,8 +4,9 @@ use crate::harness::gpu;
 use crate::support::{diffuse, lambert, look_down, quad, scene, settings};
 use glam::Vec3;
 use lucerna::blocking::render_reference;
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::scene::{Mesh, Sky};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 
 /// A square floor of this half side.
 fn square(half: f32) -> Mesh {
@@ -19,7 +20,7 @@ fn coincident_and_concentric_triangles_are_as_light_as_one() {
         let mut world = scene(meshes, vec![lambert([0.5; 3])]);
         world.sky = Sky::Constant(Vec3::ONE);
         let world = diffuse(&world);
-        let settings = ReferenceSettings { irradiance: true, ..settings(4, 4, 1) };
+        let settings = settings!(ReferenceSettings { irradiance: true, ..settings(4, 4, 1) });
         let camera = look_down(1.0, 0.4);
         let (sums, stats) =
             render_reference(gpu(), &world, &camera, &settings, 16, |_| true).unwrap();

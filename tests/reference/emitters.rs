@@ -7,8 +7,8 @@ use crate::support::{
 };
 use glam::{DVec3, UVec2, Vec3};
 use lucerna::gpu_scene::RaySource;
-use lucerna::reference::{Channel, resolve};
 use lucerna::scene::{AlphaMode, Light, Material, Scene};
+use lucerna::techniques::reference::{Channel, resolve};
 use std::f64::consts::PI;
 
 const RADIANCE: [f32; 3] = [10.0, 5.0, 1.0];

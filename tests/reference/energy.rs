@@ -3,8 +3,8 @@
 use crate::support::{batches, look_down, on_gpu, quad, render, scene, settings};
 use glam::{DVec3, Quat, UVec2, Vec3, Vec4};
 use lucerna::gpu_scene::RaySource;
-use lucerna::reference::{Channel, resolve};
 use lucerna::scene::{Material, Mesh, Sky};
+use lucerna::techniques::reference::{Channel, resolve};
 use std::f64::consts::{PI, TAU};
 
 fn material(color: f32, metallic: f32, roughness: f32) -> Material {

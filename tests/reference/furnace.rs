@@ -5,8 +5,8 @@ use crate::harness::ray_query_gpu;
 use crate::support::{batches, lambert, on_gpu, room, scene, settings};
 use glam::{DVec3, Vec3};
 use lucerna::gpu_scene::RaySource;
-use lucerna::reference::Channel;
 use lucerna::scene::{Camera, Material, Projection, Scene};
+use lucerna::techniques::reference::Channel;
 
 const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
 

@@ -5,8 +5,9 @@ use crate::support::{on_gpu, render, settings};
 use glam::DVec3;
 use lucerna::gpu_scene::RaySource;
 use lucerna::picture::Picture;
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::scene::{LoadLimits, Scene};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 use std::path::Path;
 
 /// Noise of the references (relative RMSE of 64² pixels): what was measured at 256² pixels,
@@ -39,7 +40,7 @@ fn cornell(rays: RaySource) {
     let world = on_gpu(&scene, true, rays);
     // 8 segments: 7 reflections, 6 after the first.
     let renders = [1, 2].map(|seed| {
-        let settings = ReferenceSettings { seed, ..settings(64, 64, 6) };
+        let settings = settings!(ReferenceSettings { seed, ..settings(64, 64, 6) });
         render(&world, &scene.cameras[0], &settings, SAMPLES)
     });
     let read = |name: &str| -> Vec<DVec3> {

@@ -4,8 +4,8 @@ use crate::harness::gpu;
 use crate::support::{add_texture, diffuse, lambert, look_down, quad, scene, settings};
 use glam::Vec3;
 use lucerna::blocking::render_reference;
-use lucerna::reference::{Channel, resolve};
 use lucerna::scene::{AlphaMode, Material, Scene, Sky};
+use lucerna::techniques::reference::{Channel, resolve};
 
 /// A floor of albedo 0.8 below layers that an alpha mask cuts away everywhere.
 fn floor_below_layers(n_layers: u32) -> Scene {

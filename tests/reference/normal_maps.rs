@@ -3,8 +3,9 @@
 use crate::support::{add_texture, floor, look_down, on_gpu, render, scene, settings};
 use glam::{DVec3, UVec2, Vec2, Vec3, Vec4};
 use lucerna::gpu_scene::RaySource;
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::scene::{Light, Material};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 
 /// To the light; all cosines below stay positive.
 const TO_LIGHT: DVec3 = DVec3::new(0.36, 0.8, -0.48);
@@ -40,7 +41,7 @@ fn irradiance(case: &Case, with_map: bool) -> f64 {
     world.lights =
         vec![Light::Directional { direction: -TO_LIGHT.as_vec3(), irradiance: Vec3::ONE }];
     let world = on_gpu(&world, false, RaySource::Software);
-    let settings = ReferenceSettings { irradiance: true, ..settings(4, 4, 0) };
+    let settings = settings!(ReferenceSettings { irradiance: true, ..settings(4, 4, 0) });
     let sums = render(&world, &look_down(1.0, 1.0), &settings, 4);
     let picture = resolve(&sums, UVec2::splat(4), Channel::Irradiance);
     let first = picture.rgb[0].x;

@@ -2,8 +2,9 @@
 
 use crate::support::{batches, diffuse, floor, lambert, look_down, over_pixels, scene, settings};
 use glam::{DVec2, DVec3, Vec3};
-use lucerna::reference::{Channel, ReferenceSettings};
 use lucerna::scene::Light;
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const ALBEDO: [f32; 3] = [0.8, 0.5, 0.2];
@@ -53,7 +54,7 @@ fn check(what: &str, lights: &[Light], n_samples: u32) {
     for dark in [Channel::Emitted, Channel::Indirect] {
         assert!(found.estimate(dark).pixels.iter().all(|&pixel| pixel == DVec3::ZERO), "{what}");
     }
-    let settings = ReferenceSettings { irradiance: true, ..settings };
+    let settings = settings!(ReferenceSettings { irradiance: true, ..settings });
     let found = batches(&world, &camera, &settings, n_samples);
     found.estimate(Channel::Irradiance).check(&format!("{what}, irradiance"), &truth, 0.005);
 }

@@ -6,8 +6,9 @@ use crate::support::{
 };
 use glam::{UVec2, Vec3, Vec4};
 use lucerna::gpu_scene::RaySource;
-use lucerna::reference::{Channel, PixelSums, Work, resolve};
 use lucerna::scene::{LoadLimits, Material, Scene, Sky};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, PixelSums, Work, resolve};
 use std::path::Path;
 
 fn cornell() -> Scene {
@@ -54,7 +55,8 @@ fn the_same_work_gives_the_same_bytes_however_it_is_cut() {
         assert_eq!(bytes(&whole), bytes(&cut(&[19], &[1; 6])), "sample by sample");
         assert_eq!(bytes(&whole), bytes(&cut(&[1, 7, 8, 3], &[6])), "rows apart");
         assert_eq!(bytes(&whole), bytes(&cut(&[13, 6], &[1, 3, 2])), "both");
-        let other = lucerna::reference::ReferenceSettings { seed: 1, ..settings };
+        let other =
+            settings!(lucerna::techniques::reference::ReferenceSettings { seed: 1, ..settings });
         assert_ne!(bytes(&whole), bytes(&render(&world, &camera, &other, 6)), "another seed");
     }
 }

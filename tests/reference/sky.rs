@@ -5,8 +5,9 @@ use crate::support::{
 };
 use glam::{DVec3, Vec3};
 use lucerna::gpu_scene::GpuScene;
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::scene::{Camera, Projection, Sky};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 use std::f64::consts::{PI, TAU};
 
 const ALBEDO: [f32; 3] = [0.9, 0.5, 0.1];
@@ -27,7 +28,7 @@ fn check_plane(what: &str, sky: Sky, irradiance: DVec3, n_samples: u32) {
     found.estimate(Channel::Direct).check_all(what, reflected, 0.005);
     assert_eq!(found.estimate(Channel::Emitted).mean, DVec3::ZERO);
     assert_eq!(found.estimate(Channel::Indirect).mean, DVec3::ZERO);
-    let settings = ReferenceSettings { irradiance: true, ..settings };
+    let settings = settings!(ReferenceSettings { irradiance: true, ..settings });
     let found = batches(&world, &camera, &settings, n_samples);
     found.estimate(Channel::Irradiance).check_all(&format!("{what}, E"), irradiance, 0.005);
 }

@@ -4,11 +4,12 @@ use crate::harness::{gpu, read};
 use glam::{Affine3A, DVec2, DVec3, UVec2, Vec2, Vec3};
 use lucerna::blocking::read_path_counts;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
-use lucerna::reference::{
-    Channel, Film, PathTracer, PixelSums, ReferenceSettings, UnfinishedPaths, Work, resolve,
-};
 use lucerna::scene::{
     Camera, Filter, Image, Instance, Material, Mesh, Projection, Scene, Texture, TextureRef, Wrap,
+};
+use lucerna::settings;
+use lucerna::techniques::reference::{
+    Channel, Film, PathTracer, PixelSums, ReferenceSettings, UnfinishedPaths, Work, resolve,
 };
 use std::sync::OnceLock;
 
@@ -93,13 +94,13 @@ pub fn look_down(height: f32, half: f32) -> Camera {
 }
 
 pub fn settings(width: u32, height: u32, n_bounces: u32) -> ReferenceSettings {
-    ReferenceSettings {
+    settings!(ReferenceSettings {
         size: UVec2::new(width, height),
         n_bounces,
         seed: 0,
         irradiance: false,
         occlusion_distance: 0.0,
-    }
+    })
 }
 
 /// Lambertian reading of every material.
@@ -108,7 +109,7 @@ pub fn diffuse(scene: &Scene) -> GpuScene {
 }
 
 pub fn on_gpu(scene: &Scene, diffuse_only: bool, rays: RaySource) -> GpuScene {
-    GpuScene::new(gpu(), scene, GpuSceneOptions { diffuse_only, rays }).unwrap()
+    GpuScene::new(gpu(), scene, settings!(GpuSceneOptions { diffuse_only, rays })).unwrap()
 }
 
 /// One kernel a variant serves all tests.
@@ -201,7 +202,12 @@ pub fn batches(
 ) -> Batches {
     let sums = (0..N_BATCHES)
         .map(|seed| {
-            render(scene, camera, &ReferenceSettings { seed, ..*settings }, n_samples / N_BATCHES)
+            render(
+                scene,
+                camera,
+                &settings!(ReferenceSettings { seed, ..*settings }),
+                n_samples / N_BATCHES,
+            )
         })
         .collect();
     Batches { size: settings.size, sums }

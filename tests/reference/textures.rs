@@ -4,8 +4,8 @@ use crate::harness::Random;
 use crate::support::{add_texture, diffuse, floor, look_down, render, scene, settings};
 use crate::texture_oracle::sample;
 use glam::{Affine2, DVec2, DVec3, UVec2, Vec2, Vec4};
-use lucerna::reference::{Channel, resolve};
 use lucerna::scene::{Filter, Scene, Texture, Wrap};
+use lucerna::techniques::reference::{Channel, resolve};
 
 const SIZE: u32 = 24;
 

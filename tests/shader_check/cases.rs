@@ -92,7 +92,7 @@ pub const CASES: &[Case] = &[
         &[(SCENE, "@group(1)", "@group(0)")]),
     one("field_group_1", &[(BindGroup, "fields/light.wgsl", 3, 1, "fields bind in group 2 alone, not in 1")],
         &[("fields/light.wgsl", "@group(1)", "@group(2)")]),
-    one("kernel_group_0", &[(BindGroup, K, 1, 1, "group 0 belongs to the host seam")],
+    one("kernel_group_0", &[(BindGroup, K, 1, 1, "group 0 belongs to the scene seam")],
         &[(K, "@group(0)", "@group(3)")]),
     one("kernel_group_4", &[(BindGroup, K, 1, 1, "bind groups 0 to 3 only, not 4")],
         &[(K, "@group(4)", "@group(3)")]),
@@ -100,7 +100,7 @@ pub const CASES: &[Case] = &[
     // The budget: the repaired trees stand exactly at the limit.
     one("storage_buffers_9", &[(Budget, K, 6, 1, "9 storage buffers; baseline WebGPU has 8")],
         &[(K, "@group(1) @binding(3) var<storage, read> extra_c: array<f32>;", ""), (K, " + extra_c[0]", "")]),
-    one("seam_storage_buffers_6", &[(Budget, K, 1, 9, "6 storage buffers in the host seam; its share is 5")],
+    one("seam_storage_buffers_6", &[(Budget, K, 1, 9, "6 storage buffers in the scene seam; its share is 5")],
         &[(SCENE, "@group(0) @binding(5) var<storage, read> data_f: array<f32>;", ""), (SCENE, " + data_f[0]", "")]),
     one("storage_textures_5", &[(Budget, K, 8, 1, "5 storage textures; baseline WebGPU has 4")],
         &[(K, "@group(2) @binding(4) var image_e: texture_storage_2d<rgba8unorm, write>;", ""),
@@ -136,12 +136,12 @@ pub const CASES: &[Case] = &[
     // Faults in a variant alone.
     one("overlay_unknown_identifier", &[(Compose, OVERLAY, 9, 73, "`dot`")], &[(OVERLAY, "2.0, dot", "2.0, point")]),
     one("overlay_other_interface",
-        &[(Compose, "kernels/rays/any_hit.wgsl", 7, 34, "`lucerna::host::rays::is_covered`")],
+        &[(Compose, "kernels/rays/any_hit.wgsl", 7, 34, "`lucerna::scene::rays::is_covered`")],
         &[(OVERLAY, "is_hidden", "is_covered")]),
     one("overlay_second_group", &[(BindGroup, OVERLAY, 4, 1, "owns group 0 alone, not 2")],
         &[(OVERLAY, "@group(2)", "@group(0)")]),
     one("overlay_kernel_group_0",
-        &[(BindGroup, "variants/ray_query/kernels/rays/any_hit.wgsl", 1, 1, "group 0 belongs to the host seam")],
+        &[(BindGroup, "variants/ray_query/kernels/rays/any_hit.wgsl", 1, 1, "group 0 belongs to the scene seam")],
         &[("variants/ray_query/kernels/rays/any_hit.wgsl", "@group(0)", "@group(1)")]),
 
     // Several at once.

@@ -209,10 +209,10 @@ fn a_problem_is_reported_once_and_shows_the_text() {
 fn good_tree_gives_its_modules_and_kernels() {
     let tree = check_tree(&fixtures("good_wgsl"), VARIANTS).unwrap();
     let modules: Vec<_> = tree.library.iter().map(|m| m.import_path.as_str()).collect();
-    assert_eq!(modules, ["lucerna::host::rays", "lucerna::math::a", "lucerna::math::b"]);
+    assert_eq!(modules, ["lucerna::scene::rays", "lucerna::math::a", "lucerna::math::b"]);
     let overlays: Vec<_> =
         tree.overlays.iter().map(|(v, m)| (v.as_str(), m.import_path.as_str())).collect();
-    assert_eq!(overlays, [("ray_query", "lucerna::host::rays")]);
+    assert_eq!(overlays, [("ray_query", "lucerna::scene::rays")]);
 
     let any_hit = Resources { storage_buffers: 1, workgroup_invocations: 64, ..Default::default() };
     let expected = [

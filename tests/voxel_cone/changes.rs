@@ -4,10 +4,11 @@ use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, room, scene};
 use crate::{cells, session};
 use glam::{Affine3A, Vec3};
-use lucerna::reference::Channel;
 use lucerna::scene::{Camera, Light, Scene};
-use lucerna::voxel_cone::{VoxelCone, VoxelConeSettings};
-use lucerna::voxel_rt::Change;
+use lucerna::settings;
+use lucerna::techniques::reference::Channel;
+use lucerna::techniques::voxel_cone::{VoxelCone, VoxelConeSettings};
+use lucerna::techniques::voxel_rt::Change;
 
 /// A closed grey room with a point light and a board at x.
 fn room_with_board(x: f32, intensity: f32) -> Scene {
@@ -41,7 +42,7 @@ fn mean(session: &mut Session<VoxelCone>, world: &lucerna::gpu_scene::GpuScene, 
 fn a_light_that_goes_out_leaves_nothing() {
     let lit = upload(&room_with_board(2.0, 5.0));
     let dark = upload(&room_with_board(2.0, 0.0));
-    let settings = VoxelConeSettings { bounce_period: 1, ..cells(24) };
+    let settings = settings!(VoxelConeSettings { bounce_period: 1, ..cells(24) });
     let mut session = session(&lit, &eye(), settings);
     session.run(&lit, 24);
     let before = mean(&mut session, &lit, 4);
@@ -57,7 +58,7 @@ fn a_light_that_goes_out_leaves_nothing() {
 fn a_moved_board_is_where_it_is() {
     let (here, there) = (room_with_board(1.0, 5.0), room_with_board(3.0, 5.0));
     let (here, there) = (upload(&here), upload(&there));
-    let settings = VoxelConeSettings { points_per_face: 4, ..cells(24) };
+    let settings = settings!(VoxelConeSettings { points_per_face: 4, ..cells(24) });
     let picture = |session: &mut Session<VoxelCone>| session.picture(&there, 16, Channel::Indirect);
     let settled = {
         let mut session = session(&there, &eye(), settings);

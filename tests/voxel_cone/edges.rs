@@ -6,14 +6,15 @@ use crate::session::{SIDE, camera, lit_room, upload};
 use crate::support::{floor, lambert, room, scene};
 use crate::{cells, session};
 use glam::{UVec2, UVec3, Vec3};
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
+use lucerna::components::voxels::Resolution;
 use lucerna::scene::{Camera, Light, Material, Scene, Sky};
-use lucerna::voxel::Resolution;
-use lucerna::voxel_cone::{
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
+use lucerna::techniques::voxel_cone::{
     ConeStepping, FaceWeights, PyramidStorage, Specular, VoxelCone, VoxelConeError,
     VoxelConeSettings,
 };
-use lucerna::voxel_rt::{Bounces, Levels};
+use lucerna::techniques::voxel_rt::{Bounces, Levels};
 
 fn eye() -> Camera {
     camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4])
@@ -22,8 +23,11 @@ fn eye() -> Camera {
 #[test]
 fn the_same_input_gives_the_same_bytes() {
     let world = upload(&lit_room());
-    let settings =
-        VoxelConeSettings { levels: Levels::Nested(2), occludes_diffuse: true, ..cells(20) };
+    let settings = settings!(VoxelConeSettings {
+        levels: Levels::Nested(2),
+        occludes_diffuse: true,
+        ..cells(20)
+    });
     let run = || session(&world, &eye(), settings).run(&world, 10);
     let (first, second) = (run(), run());
     assert!(bytemuck::cast_slice::<_, u8>(&first) == bytemuck::cast_slice::<_, u8>(&second));
@@ -37,7 +41,8 @@ fn any_grid_gives_finite_light() {
     let world = upload(&lit_room());
     for size in [UVec3::ONE, UVec3::new(2, 1, 3), UVec3::new(13, 7, 29), UVec3::new(64, 1, 1)] {
         let resolution = Resolution::Size(size);
-        let mut session = session(&world, &eye(), VoxelConeSettings { resolution, ..cells(1) });
+        let mut session =
+            session(&world, &eye(), settings!(VoxelConeSettings { resolution, ..cells(1) }));
         let pixels = session.run(&world, 8);
         assert!(pixels.iter().all(|pixel| pixel.indirect.is_finite() && pixel.n_rejected == 0));
         assert_eq!(session.technique.grid(0).size, size);
@@ -60,26 +65,39 @@ fn every_setting_changes_the_picture() {
     let plain = picture(base);
     let stepping = base.stepping;
     for settings in [
-        VoxelConeSettings { anisotropic: false, ..base },
-        VoxelConeSettings { n_cones: 5, ..base },
-        VoxelConeSettings { n_cones: 6, ..base },
-        VoxelConeSettings { n_cones: 16, ..base },
-        VoxelConeSettings { n_bounce_cones: 5, ..base },
-        VoxelConeSettings { bounce_period: 2, ..base },
-        VoxelConeSettings { face_weights: FaceWeights::Squared, ..base },
-        VoxelConeSettings { opaque_backs: true, ..base },
-        VoxelConeSettings { occludes_diffuse: true, ..base },
-        VoxelConeSettings { seed: 1, ..base },
-        VoxelConeSettings { stepping: ConeStepping { step_scale: 1.0, ..stepping }, ..base },
-        VoxelConeSettings { stepping: ConeStepping { mip_bias: 1.0, ..stepping }, ..base },
-        VoxelConeSettings { stepping: ConeStepping { opacity_threshold: 0.5, ..stepping }, ..base },
-        VoxelConeSettings { stepping: ConeStepping { start_cells: 3.0, ..stepping }, ..base },
+        settings!(VoxelConeSettings { anisotropic: false, ..base }),
+        settings!(VoxelConeSettings { n_cones: 5, ..base }),
+        settings!(VoxelConeSettings { n_cones: 6, ..base }),
+        settings!(VoxelConeSettings { n_cones: 16, ..base }),
+        settings!(VoxelConeSettings { n_bounce_cones: 5, ..base }),
+        settings!(VoxelConeSettings { bounce_period: 2, ..base }),
+        settings!(VoxelConeSettings { face_weights: FaceWeights::Squared, ..base }),
+        settings!(VoxelConeSettings { opaque_backs: true, ..base }),
+        settings!(VoxelConeSettings { occludes_diffuse: true, ..base }),
+        settings!(VoxelConeSettings { seed: 1, ..base }),
+        settings!(VoxelConeSettings {
+            stepping: ConeStepping { step_scale: 1.0, ..stepping },
+            ..base
+        }),
+        settings!(VoxelConeSettings {
+            stepping: ConeStepping { mip_bias: 1.0, ..stepping },
+            ..base
+        }),
+        settings!(VoxelConeSettings {
+            stepping: ConeStepping { opacity_threshold: 0.5, ..stepping },
+            ..base
+        }),
+        settings!(VoxelConeSettings {
+            stepping: ConeStepping { start_cells: 3.0, ..stepping },
+            ..base
+        }),
     ] {
         let found = picture(settings);
         assert!(found.iter().all(|pixel| pixel.is_finite() && pixel.min_element() >= 0.0));
         assert!(found != plain, "{settings:?} changes nothing");
     }
-    let buffers = picture(VoxelConeSettings { storage: PyramidStorage::Buffers, ..base });
+    let buffers =
+        picture(settings!(VoxelConeSettings { storage: PyramidStorage::Buffers, ..base }));
     for (one, other) in plain.iter().zip(&buffers) {
         assert!(
             (*one - *other).abs().max_element() < 0.01 * one.max_element() + 1e-4,
@@ -115,7 +133,8 @@ fn an_emissive_surface_lights_the_room() {
     let mut session = session(&world, &eye(), cells(32));
     session.run(&world, 40);
     let found = session.mean(&world, 16, Channel::Indirect);
-    let settings = ReferenceSettings { n_bounces: 12, ..crate::support::settings(SIDE, SIDE, 0) };
+    let settings =
+        settings!(ReferenceSettings { n_bounces: 12, ..crate::support::settings(SIDE, SIDE, 0) });
     let sums = crate::support::render(&world, &eye(), &settings, 256);
     let traced = resolve(&sums, UVec2::splat(SIDE), Channel::Indirect).rgb;
     let expected = traced.iter().map(|v| v.as_dvec3()).sum::<glam::DVec3>() / traced.len() as f64;
@@ -160,10 +179,10 @@ fn ambient_occlusion_agrees_with_rays() {
     for distance in [0.2, 0.5] {
         session.occlusion_distance = distance;
         let found = session.picture(&world, 32, Channel::Openness);
-        let settings = ReferenceSettings {
+        let settings = settings!(ReferenceSettings {
             occlusion_distance: distance,
             ..crate::support::settings(SIDE, SIDE, 0)
-        };
+        });
         let sums = crate::support::render(&world, &eye(), &settings, 512);
         let traced = resolve(&sums, UVec2::splat(SIDE), Channel::Openness).rgb;
         let n = traced.len() as f32;
@@ -233,7 +252,7 @@ fn occlusion_close_by_darkens_a_corner_as_rays_say() {
     let above = camera([0.0, 1.6, 1.6], [0.0, 0.0, 0.4]);
     let mut reach = 0.0;
     let [with, without] = [true, false].map(|occludes_diffuse| {
-        let settings = VoxelConeSettings { occludes_diffuse, ..cells(20) };
+        let settings = settings!(VoxelConeSettings { occludes_diffuse, ..cells(20) });
         let mut session = session(&world, &above, settings);
         session.run(&world, 4);
         reach = 1.5 * f64::from(session.technique.grid(0).cell);
@@ -260,7 +279,7 @@ fn occlusion_close_by_leaves_open_what_is_open() {
     let world = upload(&scene(meshes, vec![lambert([0.6; 3])]));
     for eye in [[0.0, 1.6, 1.6], [0.0, 0.2, 1.6]] {
         let camera = camera(eye, [0.0, 0.0, -1.0]);
-        let settings = VoxelConeSettings { occludes_diffuse: true, ..cells(64) };
+        let settings = settings!(VoxelConeSettings { occludes_diffuse: true, ..cells(64) });
         let mut session = session(&world, &camera, settings);
         session.occlusion_distance = 0.0;
         let picture = session.picture(&world, 16, Channel::Openness);
@@ -288,7 +307,7 @@ fn a_lone_floor_does_not_light_itself() {
 /// A double-sided roof over a floor, with a slit in it over so many cells: how open the floor's middle is.
 fn openness_under_slit(n_cells: f32, fills_gaps: bool) -> f64 {
     let half = 2.0;
-    let settings = VoxelConeSettings { fills_gaps, ..cells(32) };
+    let settings = settings!(VoxelConeSettings { fills_gaps, ..cells(32) });
     let make = |[low, high]: [f32; 2]| {
         let part = |a: f32, b: f32| {
             let corners = [[a, 1.0, -half], [a, 1.0, half], [b, 1.0, half], [b, 1.0, -half]];
@@ -356,14 +375,14 @@ fn walls_keep_most_light_out() {
 fn settings_out_of_range_are_refused() {
     let world = upload(&lit_room());
     let base = VoxelConeSettings::default();
-    let stepping = |stepping| VoxelConeSettings { stepping, ..base };
+    let stepping = |stepping| settings!(VoxelConeSettings { stepping, ..base });
     let usual = ConeStepping::default();
     for settings in [
-        VoxelConeSettings { n_cones: 4, ..base },
-        VoxelConeSettings { n_bounce_cones: 0, ..base },
-        VoxelConeSettings { bounce_period: 0, ..base },
-        VoxelConeSettings { bounces: Bounces::UpTo(0), ..base },
-        VoxelConeSettings { specular: Specular::Fixed(120.0), ..base },
+        settings!(VoxelConeSettings { n_cones: 4, ..base }),
+        settings!(VoxelConeSettings { n_bounce_cones: 0, ..base }),
+        settings!(VoxelConeSettings { bounce_period: 0, ..base }),
+        settings!(VoxelConeSettings { bounces: Bounces::UpTo(0), ..base }),
+        settings!(VoxelConeSettings { specular: Specular::Fixed(120.0), ..base }),
         stepping(ConeStepping { step_scale: 0.0, ..usual }),
         stepping(ConeStepping { mip_bias: f32::NAN, ..usual }),
         stepping(ConeStepping { opacity_threshold: 0.0, ..usual }),
@@ -373,10 +392,10 @@ fn settings_out_of_range_are_refused() {
         assert!(matches!(error, VoxelConeError::Setting { .. }), "{settings:?}: {error}");
     }
     for settings in [
-        VoxelConeSettings { resolution: Resolution::Longest(257), ..base },
-        VoxelConeSettings { levels: Levels::Nested(7), ..base },
-        VoxelConeSettings { bounces: Bounces::UpTo(65), ..base },
-        VoxelConeSettings { points_per_face: 0, ..base },
+        settings!(VoxelConeSettings { resolution: Resolution::Longest(257), ..base }),
+        settings!(VoxelConeSettings { levels: Levels::Nested(7), ..base }),
+        settings!(VoxelConeSettings { bounces: Bounces::UpTo(65), ..base }),
+        settings!(VoxelConeSettings { points_per_face: 0, ..base }),
     ] {
         let error = VoxelCone::new(gpu(), &world, settings, Vec3::ZERO).unwrap_err();
         assert!(matches!(error, VoxelConeError::Voxels(_)), "{settings:?}: {error}");

@@ -5,11 +5,12 @@ use crate::session::{camera, upload};
 use crate::support::{lambert, room, scene};
 use crate::{cells, session};
 use glam::{DVec3, UVec3, Vec3};
-use lucerna::reference::Channel;
+use lucerna::components::voxels::Resolution;
 use lucerna::scene::{Material, Scene};
-use lucerna::voxel::Resolution;
-use lucerna::voxel_cone::{ConeStepping, PyramidStorage, VoxelConeSettings};
-use lucerna::voxel_rt::{Bounces, Levels};
+use lucerna::settings;
+use lucerna::techniques::reference::Channel;
+use lucerna::techniques::voxel_cone::{ConeStepping, PyramidStorage, VoxelConeSettings};
+use lucerna::techniques::voxel_rt::{Bounces, Levels};
 
 const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
 
@@ -69,7 +70,7 @@ fn furnace_converges() {
 
 #[test]
 fn furnace_with_fine_steps_is_exact_to_4_percent() {
-    let settings = VoxelConeSettings { stepping: fine(), ..cells(24) };
+    let settings = settings!(VoxelConeSettings { stepping: fine(), ..cells(24) });
     let [mean, least, most] = found(0.5, 24, settings);
     assert!((mean - 1.0).abs() < 0.04, "{mean}");
     // The darkest pixel looks into a corner, where cones begin as high as a cell and a half is.
@@ -81,27 +82,31 @@ fn furnace_in_buffers_converges() {
     converges(
         0.5,
         24,
-        VoxelConeSettings { storage: PyramidStorage::Buffers, n_bounce_cones: 5, ..cells(16) },
+        settings!(VoxelConeSettings {
+            storage: PyramidStorage::Buffers,
+            n_bounce_cones: 5,
+            ..cells(16)
+        }),
     );
 }
 
 #[test]
 fn furnace_of_three_levels_converges() {
-    converges(0.5, 32, VoxelConeSettings { levels: Levels::Nested(3), ..cells(24) });
+    converges(0.5, 32, settings!(VoxelConeSettings { levels: Levels::Nested(3), ..cells(24) }));
 }
 
 /// A box of cells that is no power of two along any axis.
 #[test]
 fn furnace_in_a_grid_of_odd_sizes_converges() {
     let resolution = Resolution::Size(UVec3::new(27, 19, 37));
-    converges(0.5, 32, VoxelConeSettings { resolution, ..cells(1) });
+    converges(0.5, 32, settings!(VoxelConeSettings { resolution, ..cells(1) }));
 }
 
 /// At albedo 0.95 light is reflected some twenty times; each share that a bounce loses counts as often. It stays bounded: what
 /// it converges to is not above the truth, and nothing moves any more.
 #[test]
 fn furnace_of_albedo_95_is_stable() {
-    let settings = VoxelConeSettings { bounce_period: 1, ..cells(24) };
+    let settings = settings!(VoxelConeSettings { bounce_period: 1, ..cells(24) });
     let [half, _, _] = found(0.95, 80, settings);
     let [whole, _, most] = found(0.95, 160, settings);
     let expected = |kept| of_all_bounces(kept, 0.95);
@@ -117,7 +122,7 @@ fn furnace_of_albedo_95_is_stable() {
 fn bounces_are_counted() {
     let rho = 0.8;
     let share = |n| {
-        let settings = VoxelConeSettings { bounces: Bounces::UpTo(n), ..cells(24) };
+        let settings = settings!(VoxelConeSettings { bounces: Bounces::UpTo(n), ..cells(24) });
         let [mean, least, most] = found(rho as f32, 24, settings);
         assert!(least > 0.7 && most < 1.03, "{n}: {least} to {most}");
         mean
@@ -137,7 +142,7 @@ fn bounces_are_counted() {
 #[test]
 fn bounces_are_spread_over_the_period() {
     let after_4 = |bounces, bounce_period| {
-        let settings = VoxelConeSettings { bounces, bounce_period, ..cells(24) };
+        let settings = settings!(VoxelConeSettings { bounces, bounce_period, ..cells(24) });
         let world = upload(&furnace(0.8));
         let mut session = session(&world, &camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4]), settings);
         session.run(&world, 4);

@@ -4,9 +4,10 @@ use crate::harness::gpu;
 use crate::session::{SIDE, Session};
 use glam::{UVec2, Vec3};
 use lucerna::gpu_scene::GpuScene;
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::scene::{LoadLimits, Scene};
-use lucerna::voxel_cone::{Specular, VoxelCone, VoxelConeSettings};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
+use lucerna::techniques::voxel_cone::{Specular, VoxelCone, VoxelConeSettings};
 use std::path::Path;
 
 struct Fixture {
@@ -50,16 +51,19 @@ fn highlight(picture: &[Vec3]) -> (f32, f32, f32) {
 #[test]
 fn a_panel_is_mirrored_in_a_glossy_floor() {
     let fixture = fixture();
-    let settings = ReferenceSettings { n_bounces: 8, ..crate::support::settings(SIDE, SIDE, 0) };
+    let settings =
+        settings!(ReferenceSettings { n_bounces: 8, ..crate::support::settings(SIDE, SIDE, 0) });
     let sums = crate::support::render(&fixture.on_gpu, &fixture.camera, &settings, 512);
     let expected = highlight(&resolve(&sums, UVec2::splat(SIDE), Channel::Indirect).rgb);
     let base = crate::cells(64);
     let found = highlight(&indirect(&fixture, base));
-    let without =
-        highlight(&indirect(&fixture, VoxelConeSettings { specular: Specular::Off, ..base }));
+    let without = highlight(&indirect(
+        &fixture,
+        settings!(VoxelConeSettings { specular: Specular::Off, ..base }),
+    ));
     let fixed = highlight(&indirect(
         &fixture,
-        VoxelConeSettings { specular: Specular::Fixed(10.0), ..base },
+        settings!(VoxelConeSettings { specular: Specular::Fixed(10.0), ..base }),
     ));
     eprintln!("path tracer {expected:?}, cones {found:?}, without {without:?}, 10° {fixed:?}");
     assert!((found.0 / expected.0 - 1.0).abs() < 0.2, "{found:?} for {expected:?}");
@@ -75,12 +79,14 @@ fn what_stands_close_by_hides_what_is_mirrored() {
     let mut fixture = fixture();
     // Close to the block's foot.
     fixture.camera = crate::session::camera([0.25, 0.5, 0.6], [0.25, 0.0, -0.7]);
-    let settings = ReferenceSettings { n_bounces: 8, ..crate::support::settings(SIDE, SIDE, 0) };
+    let settings =
+        settings!(ReferenceSettings { n_bounces: 8, ..crate::support::settings(SIDE, SIDE, 0) });
     let sums = crate::support::render(&fixture.on_gpu, &fixture.camera, &settings, 512);
     let expected = resolve(&sums, UVec2::splat(SIDE), Channel::Indirect).rgb;
     let base = crate::cells(64);
     let with = indirect(&fixture, base);
-    let without = indirect(&fixture, VoxelConeSettings { occludes_specular: false, ..base });
+    let without =
+        indirect(&fixture, settings!(VoxelConeSettings { occludes_specular: false, ..base }));
     let red = |picture: &[Vec3], x: [u32; 2], y: [u32; 2]| -> f32 {
         let row = |y: u32| (x[0]..=x[1]).map(move |x| picture[(y * SIDE + x) as usize].x);
         (y[0]..=y[1]).flat_map(row).sum()

@@ -23,11 +23,12 @@ mod shadows;
 
 use crate::harness::gpu;
 use crate::session::Session;
+use lucerna::components::voxels::Resolution;
 use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::Camera;
-use lucerna::voxel::Resolution;
-use lucerna::voxel_cone::{PyramidStorage, VoxelCone, VoxelConeSettings};
-use lucerna::voxel_rt::Bounces;
+use lucerna::settings;
+use lucerna::techniques::voxel_cone::{PyramidStorage, VoxelCone, VoxelConeSettings};
+use lucerna::techniques::voxel_rt::Bounces;
 
 /// A session of the technique.
 fn session(world: &GpuScene, camera: &Camera, settings: VoxelConeSettings) -> Session<VoxelCone> {
@@ -37,13 +38,13 @@ fn session(world: &GpuScene, camera: &Camera, settings: VoxelConeSettings) -> Se
 
 /// So many cells along the longest side.
 fn cells(n: u32) -> VoxelConeSettings {
-    VoxelConeSettings { resolution: Resolution::Longest(n), ..Default::default() }
+    settings!(VoxelConeSettings { resolution: Resolution::Longest(n), ..Default::default() })
 }
 
 #[test]
 fn light_scales() {
     for storage in [PyramidStorage::Textures, PyramidStorage::Buffers] {
-        let settings = VoxelConeSettings { storage, ..cells(16) };
+        let settings = settings!(VoxelConeSettings { storage, ..cells(16) });
         scales::indirect_scales_with_the_lights(&move |world, camera| {
             session(world, camera, settings)
         });
@@ -54,7 +55,7 @@ fn light_scales() {
 /// minutes on a CPU.)
 #[test]
 fn large_scenes() {
-    let settings = VoxelConeSettings { bounces: Bounces::UpTo(1), ..cells(48) };
+    let settings = settings!(VoxelConeSettings { bounces: Bounces::UpTo(1), ..cells(48) });
     scales::a_large_scene_does_not_darken_a_room(
         &move |world, camera| session(world, camera, settings),
         1,

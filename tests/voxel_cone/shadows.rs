@@ -5,17 +5,18 @@ use crate::session::{SIDE, Session, camera, upload};
 use crate::support::{lambert, quad, room, scene};
 use crate::{cells, session};
 use glam::{UVec2, Vec3};
+use lucerna::components::shadow_maps::{ShadowError, ShadowFiltering, ShadowMaps, ShadowSettings};
 use lucerna::frame::{DirectPass, DirectSettings};
 use lucerna::gpu_scene::GpuScene;
-use lucerna::reference::Channel;
 use lucerna::scene::{Camera, Light, Material, Scene};
-use lucerna::shadow::{ShadowError, ShadowFiltering, ShadowMaps, ShadowSettings};
-use lucerna::voxel_cone::{PyramidStorage, VoxelCone, VoxelConeSettings};
+use lucerna::settings;
+use lucerna::techniques::reference::Channel;
+use lucerna::techniques::voxel_cone::{PyramidStorage, VoxelCone, VoxelConeSettings};
 
 /// Gives a session shadows by cones.
 pub fn use_cones(world: &GpuScene, session: &mut Session<VoxelCone>) {
     let binding = session.technique.cone_shadows(gpu()).unwrap();
-    let settings = DirectSettings { n_samples: 16, n_bsdf_samples: 0 };
+    let settings = settings!(DirectSettings { n_samples: 16, n_bsdf_samples: 0 });
     let size = UVec2::splat(SIDE);
     session.passes.direct =
         DirectPass::with_shadows(gpu(), world, size, settings, &binding).unwrap();
@@ -59,8 +60,12 @@ fn voxels_lit_by_shadow_maps_are_lit_as_by_rays() {
     ] {
         let world = upload(&room_with_table(Some(light.clone())));
         let filtering = ShadowFiltering::Pcf(1.0);
-        let maps =
-            ShadowMaps::new(gpu(), &world, ShadowSettings { resolution: 256, filtering }).unwrap();
+        let maps = ShadowMaps::new(
+            gpu(),
+            &world,
+            settings!(ShadowSettings { resolution: 256, filtering }),
+        )
+        .unwrap();
         let settings = cells(32);
         let mean = |mut session: Session<VoxelCone>, maps: Option<ShadowMaps>| {
             session.passes.shadow_maps = maps;
@@ -102,7 +107,7 @@ fn cones_cast_soft_shadows_of_a_lamp() {
 #[test]
 fn cones_from_buffers_are_refused_for_shadows() {
     let world = upload(&room_with_table(None));
-    let settings = VoxelConeSettings { storage: PyramidStorage::Buffers, ..cells(8) };
+    let settings = settings!(VoxelConeSettings { storage: PyramidStorage::Buffers, ..cells(8) });
     let technique = VoxelCone::new(gpu(), &world, settings, Vec3::ZERO).unwrap();
     assert!(matches!(technique.cone_shadows(gpu()), Err(ShadowError::Buffers)));
 }

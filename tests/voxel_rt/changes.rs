@@ -3,9 +3,10 @@
 use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, room, scene};
 use glam::{Affine3A, DVec3, Vec3};
-use lucerna::reference::Channel;
 use lucerna::scene::{Camera, Light, Scene};
-use lucerna::voxel_rt::{Change, DirectLight, RaysInjected, VoxelRtSettings};
+use lucerna::settings;
+use lucerna::techniques::reference::Channel;
+use lucerna::techniques::voxel_rt::{Change, DirectLight, RaysInjected, VoxelRtSettings};
 
 /// A closed grey room of 4 m × 2 m × 4 m with a point light, and a red board that hangs before a wall.
 fn board_at(x: f32, light: [f32; 3]) -> Scene {
@@ -29,7 +30,7 @@ fn eye() -> Camera {
 }
 
 fn settings() -> VoxelRtSettings {
-    VoxelRtSettings { resolution: 24, points_per_face: 4, ..Default::default() }
+    settings!(VoxelRtSettings { resolution: 24, points_per_face: 4, ..Default::default() })
 }
 
 /// The largest difference of a channel, relative.
@@ -41,7 +42,7 @@ fn apart(a: DVec3, b: DVec3) -> f64 {
 /// settles to; and it had been elsewhere.
 #[test]
 fn a_moved_light_arrives_within_eight_frames() {
-    let settings = VoxelRtSettings { points_per_face: 1, ..settings() };
+    let settings = settings!(VoxelRtSettings { points_per_face: 1, ..settings() });
     let (before, after) = (board_at(2.0, [0.6, 1.6, 1.0]), board_at(2.0, [3.4, 0.3, 3.0]));
     let (before, after) = (upload(&before), upload(&after));
     let settled = {
@@ -67,7 +68,7 @@ fn a_light_that_goes_out_leaves_no_light() {
     for direct in
         [DirectLight::PerFace, DirectLight::FromLights(rays), DirectLight::FromCamera(rays)]
     {
-        light_goes_out(VoxelRtSettings { direct, ..settings() });
+        light_goes_out(settings!(VoxelRtSettings { direct, ..settings() }));
     }
 }
 

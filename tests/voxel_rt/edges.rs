@@ -6,15 +6,16 @@ use crate::leaks::{Between, dark_over_lit, divided_room};
 use crate::session::{SIDE, Session, camera, lit_room, upload};
 use crate::support::{lambert, room, scene};
 use glam::{Affine3A, UVec2, Vec3, Vec4};
-use lucerna::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::scene::{Light, Material, Scene};
-use lucerna::voxel_rt::{
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
+use lucerna::techniques::voxel_rt::{
     Bounces, Change, DirectLight, Levels, Lookup, RaysInjected, VoxelRt, VoxelRtError,
     VoxelRtSettings, WriteStrategy,
 };
 
 fn small(resolution: u32) -> VoxelRtSettings {
-    VoxelRtSettings { resolution, ..Default::default() }
+    settings!(VoxelRtSettings { resolution, ..Default::default() })
 }
 
 fn eye() -> lucerna::scene::Camera {
@@ -73,7 +74,8 @@ fn an_empty_scene_is_empty() {
 fn every_way_of_injecting_lights_the_room() {
     let world = upload(&lit_room());
     let mean = |direct| {
-        let mut session = Session::new(&world, &eye(), VoxelRtSettings { direct, ..small(16) });
+        let mut session =
+            Session::new(&world, &eye(), settings!(VoxelRtSettings { direct, ..small(16) }));
         session.run(&world, 24);
         session.mean(&world, 8, Channel::Indirect).y
     };
@@ -109,7 +111,7 @@ fn a_scene_outside_the_grid_is_dark() {
         let counts = &session.technique.buffers().counts[0];
         bytemuck::pod_collect_to_vec::<_, u32>(&read(counts))[0]
     };
-    let settings = VoxelRtSettings { points_per_face: 4, ..small(16) };
+    let settings = settings!(VoxelRtSettings { points_per_face: 4, ..small(16) });
     let mut session = Session::new(&inside, &eye(), settings);
     session.run(&inside, 32);
     let before = session.mean(&inside, 16, Channel::Indirect).y;
@@ -162,15 +164,15 @@ fn settings_out_of_range_are_refused() {
     let no_rays =
         DirectLight::FromCamera(RaysInjected { n_rays: 0, strategy: WriteStrategy::Exact });
     for settings in [
-        VoxelRtSettings { resolution: 0, ..Default::default() },
-        VoxelRtSettings { resolution: 257, ..Default::default() },
-        VoxelRtSettings { levels: Levels::Nested(0), ..Default::default() },
-        VoxelRtSettings { levels: Levels::Nested(7), ..Default::default() },
-        VoxelRtSettings { points_per_face: 0, ..Default::default() },
-        VoxelRtSettings { max_rays: 0, ..Default::default() },
-        VoxelRtSettings { max_rays: 65537, ..Default::default() },
-        VoxelRtSettings { bounces: Bounces::UpTo(65), ..Default::default() },
-        VoxelRtSettings { direct: no_rays, ..Default::default() },
+        settings!(VoxelRtSettings { resolution: 0, ..Default::default() }),
+        settings!(VoxelRtSettings { resolution: 257, ..Default::default() }),
+        settings!(VoxelRtSettings { levels: Levels::Nested(0), ..Default::default() }),
+        settings!(VoxelRtSettings { levels: Levels::Nested(7), ..Default::default() }),
+        settings!(VoxelRtSettings { points_per_face: 0, ..Default::default() }),
+        settings!(VoxelRtSettings { max_rays: 0, ..Default::default() }),
+        settings!(VoxelRtSettings { max_rays: 65537, ..Default::default() }),
+        settings!(VoxelRtSettings { bounces: Bounces::UpTo(65), ..Default::default() }),
+        settings!(VoxelRtSettings { direct: no_rays, ..Default::default() }),
     ] {
         let error = VoxelRt::new(gpu(), &world, settings, Vec3::ZERO).unwrap_err();
         assert!(matches!(error, VoxelRtError::Setting { .. }), "{settings:?}: {error}");
@@ -184,7 +186,7 @@ fn valid_lookups_have_no_dark_streaks() {
     let material = Material { emission: EMISSION.into(), ..lambert([0.5; 3]) };
     let world = upload(&scene(room([2.0, 1.0, 3.0], 0), vec![material]));
     let darkest = |lookup| {
-        let settings = VoxelRtSettings { lookup, points_per_face: 2, ..small(16) };
+        let settings = settings!(VoxelRtSettings { lookup, points_per_face: 2, ..small(16) });
         let mut session = Session::new(&world, &eye(), settings);
         session.run(&world, 32);
         // ρ/π · E, E = π·L_e·ρ/(1 − ρ).
@@ -242,7 +244,8 @@ fn open_doors_let_light_in() {
     let wall = [2.0, 2.04];
     let leak = leak(wall, Between::Door);
     let world = upload(&divided_room(wall, Between::Door));
-    let settings = ReferenceSettings { n_bounces: 16, ..crate::support::settings(SIDE, SIDE, 0) };
+    let settings =
+        settings!(ReferenceSettings { n_bounces: 16, ..crate::support::settings(SIDE, SIDE, 0) });
     let traced = dark_over_lit(Between::Door, |camera| {
         let sums = crate::support::render(&world, camera, &settings, 256);
         let picture = resolve(&sums, UVec2::splat(SIDE), Channel::Indirect).rgb;

@@ -5,9 +5,10 @@ use crate::harness::read;
 use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, room, scene};
 use glam::{Affine3A, DVec3, Vec3};
-use lucerna::reference::Channel;
 use lucerna::scene::{Instance, Material, Scene};
-use lucerna::voxel_rt::{
+use lucerna::settings;
+use lucerna::techniques::reference::Channel;
+use lucerna::techniques::voxel_rt::{
     Bounces, Change, DirectLight, FaceLight, Levels, RaysInjected, VoxelRt, VoxelRtSettings,
 };
 
@@ -47,7 +48,7 @@ fn converges(world: &Scene, n_frames: u32, reflections: Reflections, settings: V
 }
 
 fn coarse() -> VoxelRtSettings {
-    VoxelRtSettings { resolution: 16, points_per_face: 4, ..Default::default() }
+    settings!(VoxelRtSettings { resolution: 16, points_per_face: 4, ..Default::default() })
 }
 
 #[test]
@@ -64,13 +65,18 @@ fn furnace_of_albedo_95_converges() {
 #[test]
 fn furnace_of_an_isotropic_grid_converges() {
     let world = furnace(0.5);
-    converges(&world, 64, Reflections::All, VoxelRtSettings { anisotropic: false, ..coarse() });
+    converges(
+        &world,
+        64,
+        Reflections::All,
+        settings!(VoxelRtSettings { anisotropic: false, ..coarse() }),
+    );
 }
 
 #[test]
 fn furnace_stops_after_as_many_bounces_as_were_asked_for() {
     for n in [1, 4] {
-        let settings = VoxelRtSettings { bounces: Bounces::UpTo(n), ..coarse() };
+        let settings = settings!(VoxelRtSettings { bounces: Bounces::UpTo(n), ..coarse() });
         // The surface that is seen reflects once more.
         converges(&furnace(0.8), 64, Reflections::UpTo(n as i32 + 1), settings);
     }
@@ -80,20 +86,20 @@ fn furnace_stops_after_as_many_bounces_as_were_asked_for() {
 #[test]
 fn furnace_of_injected_light_converges() {
     let rays = RaysInjected { n_rays: 128, ..Default::default() };
-    let settings = VoxelRtSettings { direct: DirectLight::FromLights(rays), ..coarse() };
+    let settings = settings!(VoxelRtSettings { direct: DirectLight::FromLights(rays), ..coarse() });
     converges(&furnace(0.5), 64, Reflections::All, settings);
     converges(
         &furnace(0.5),
         64,
         Reflections::All,
-        VoxelRtSettings { levels: Levels::Nested(2), ..settings },
+        settings!(VoxelRtSettings { levels: Levels::Nested(2), ..settings }),
     );
 }
 
 #[test]
 fn furnace_without_bounces_has_no_indirect_light() {
     let world = upload(&furnace(0.5));
-    let settings = VoxelRtSettings { bounces: Bounces::UpTo(0), ..coarse() };
+    let settings = settings!(VoxelRtSettings { bounces: Bounces::UpTo(0), ..coarse() });
     let mut session = Session::new(&world, &camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4]), settings);
     session.run(&world, 2);
     assert_eq!(session.mean(&world, 2, Channel::Indirect), DVec3::ZERO);
@@ -103,7 +109,7 @@ fn furnace_without_bounces_has_no_indirect_light() {
 /// With nested levels the light is the same everywhere: within and between them.
 #[test]
 fn furnace_of_three_levels_converges() {
-    let settings = VoxelRtSettings { levels: Levels::Nested(3), ..coarse() };
+    let settings = settings!(VoxelRtSettings { levels: Levels::Nested(3), ..coarse() });
     converges(&furnace(0.5), 64, Reflections::All, settings);
 }
 
@@ -112,7 +118,8 @@ fn furnace_of_three_levels_converges() {
 #[test]
 fn levels_that_scroll_keep_what_they_know() {
     let world = upload(&furnace(0.5));
-    let settings = VoxelRtSettings { resolution: 32, levels: Levels::Nested(3), ..coarse() };
+    let settings =
+        settings!(VoxelRtSettings { resolution: 32, levels: Levels::Nested(3), ..coarse() });
     let mut session = Session::new(&world, &camera([0.15, 0.3, 0.15], [0.0, 0.25, 0.0]), settings);
     session.run(&world, 16);
     session.camera = camera([0.05, 0.3, 0.05], [0.0, 0.25, 0.0]);

@@ -1,11 +1,12 @@
-//! What the kernel voxel_rt/gather finds, face by face, against closed forms.
+//! What the kernel voxel_light/gather finds, face by face, against closed forms.
 
 use crate::harness::read;
 use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, scene};
 use glam::{DVec3, Vec3};
 use lucerna::scene::{Light, Scene};
-use lucerna::voxel_rt::{DirectLight, FaceLight, RaysInjected, VoxelRtSettings};
+use lucerna::settings;
+use lucerna::techniques::voxel_rt::{DirectLight, FaceLight, RaysInjected, VoxelRtSettings};
 
 const HEIGHT: f64 = 0.9;
 const LIGHT: DVec3 = DVec3::new(0.3, HEIGHT, -0.2);
@@ -49,7 +50,7 @@ fn mean_irradiance(corner: [f64; 2], cell: f64, weight: fn(f64) -> f64) -> Optio
 /// Compares the direct light of each face that looks up with the mean; returns how many were compared.
 fn check_direct(direct: DirectLight, weight: fn(f64) -> f64, tolerance: f64) {
     let world = upload(&lit_floor());
-    let settings = VoxelRtSettings { resolution: 20, direct, ..Default::default() };
+    let settings = settings!(VoxelRtSettings { resolution: 20, direct, ..Default::default() });
     let mut session = Session::new(&world, &camera([0.0, 1.5, 1.9], [0.0, 0.0, 0.0]), settings);
     session.run(&world, 260);
     let buffers = session.technique.buffers();
@@ -88,7 +89,7 @@ fn faces_find_the_mean_irradiance_of_their_floor() {
     check_direct(DirectLight::PerFace, |_| 1.0, 0.01);
 }
 
-/// Rays of a light arrive in proportion to E: the mean weighs by it (`voxel_rt/inject`). 260 frames of
+/// Rays of a light arrive in proportion to E: the mean weighs by it (`voxel_light/inject`). 260 frames of
 /// 128² rays, a fifth of them below the light.
 #[test]
 fn deposits_are_the_mean_irradiance_of_what_arrives() {

@@ -18,17 +18,19 @@ mod session;
 mod of_any_size {
     use crate::scales::{a_large_scene_does_not_darken_a_room, indirect_scales_with_the_lights};
     use crate::session::{Session, camera, lit_room, upload};
-    use lucerna::voxel_rt::{DirectLight, Levels, RaysInjected, VoxelRtSettings, WriteStrategy};
+    use lucerna::techniques::voxel_rt::{
+        DirectLight, Levels, RaysInjected, VoxelRtSettings, WriteStrategy,
+    };
 
     fn coarse() -> VoxelRtSettings {
-        VoxelRtSettings { resolution: 16, points_per_face: 2, ..Default::default() }
+        settings!(VoxelRtSettings { resolution: 16, points_per_face: 2, ..Default::default() })
     }
 
     #[test]
     fn light_scales() {
         let injected = |strategy| {
             let rays = RaysInjected { n_rays: 64, strategy };
-            VoxelRtSettings { direct: DirectLight::FromLights(rays), ..coarse() }
+            settings!(VoxelRtSettings { direct: DirectLight::FromLights(rays), ..coarse() })
         };
         for settings in
             [coarse(), injected(WriteStrategy::Exact), injected(WriteStrategy::MovingAverage)]
@@ -42,7 +44,8 @@ mod of_any_size {
 
     #[test]
     fn large_scenes() {
-        let settings = VoxelRtSettings { resolution: 24, points_per_face: 4, ..Default::default() };
+        let settings =
+            settings!(VoxelRtSettings { resolution: 24, points_per_face: 4, ..Default::default() });
         a_large_scene_does_not_darken_a_room(
             &move |world, camera| Session::new(world, camera, settings),
             32,
@@ -56,7 +59,8 @@ mod of_any_size {
         let mut world = lit_room();
         let eye = camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4]);
         let reach = |world: &_, levels| {
-            let settings = VoxelRtSettings { levels, resolution: 64, ..Default::default() };
+            let settings =
+                settings!(VoxelRtSettings { levels, resolution: 64, ..Default::default() });
             let session = Session::new(&upload(world), &eye, settings);
             (*session.technique.reach(), session.technique.n_levels())
         };

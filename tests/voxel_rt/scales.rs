@@ -7,8 +7,9 @@ use glam::Vec3;
 use lucerna::blocking::render_reference;
 use lucerna::frame::Technique;
 use lucerna::gpu_scene::GpuScene;
-use lucerna::reference::{Channel, resolve};
 use lucerna::scene::{Camera, Instance, Light, Scene};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, resolve};
 
 /// Makes a session of a technique.
 pub type Make<T> = dyn Fn(&GpuScene, &Camera) -> Session<T>;
@@ -62,13 +63,13 @@ pub fn a_large_scene_does_not_darken_a_room<T: Technique>(
     tolerance: f64,
 ) {
     let truth = {
-        let settings = lucerna::reference::ReferenceSettings {
+        let settings = settings!(lucerna::techniques::reference::ReferenceSettings {
             size: glam::UVec2::splat(crate::session::SIDE),
             n_bounces,
             seed: 0,
             irradiance: false,
             occlusion_distance: 0.0,
-        };
+        });
         let world = upload(&lit_room());
         let (sums, _) = render_reference(gpu(), &world, &eye(), &settings, 64, |_| true).unwrap();
         let picture = resolve(&sums, settings.size, Channel::Indirect).rgb;

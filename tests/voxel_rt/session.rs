@@ -5,15 +5,16 @@ use crate::support::{lambert, room, scene};
 use glam::{DVec3, UVec2, Vec3};
 use lucerna::frame::{DirectSettings, Frame, FramePasses, Technique, View, ViewSettings};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
-use lucerna::reference::{Channel, PixelSums, resolve};
 use lucerna::scene::{Camera, Light, Projection, Scene};
-use lucerna::voxel_rt::{VoxelRt, VoxelRtSettings};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, PixelSums, resolve};
+use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
 
 pub const SIDE: u32 = 24;
 
 /// A scene on the GPU, every material Lambert; the last instance carries the mark of moving ones.
 pub fn upload(scene: &Scene) -> GpuScene {
-    let options = GpuSceneOptions { diffuse_only: true, ..Default::default() };
+    let options = settings!(GpuSceneOptions { diffuse_only: true, ..Default::default() });
     let last = scene.instances.len().saturating_sub(1);
     GpuScene::with_moving(gpu(), scene, options, &|instance| instance == last).unwrap()
 }
@@ -77,12 +78,12 @@ impl<T: Technique> Session<T> {
 
     /// The next frames; returns the sums of their pixels.
     pub fn run(&mut self, scene: &GpuScene, n_frames: u32) -> Vec<PixelSums> {
-        let settings = ViewSettings {
+        let settings = settings!(ViewSettings {
             n_accumulated: n_frames,
             irradiance: self.irradiance,
             occlusion_distance: self.occlusion_distance,
             ..ViewSettings::default()
-        };
+        });
         self.passes.accumulator.reset();
         for _ in 0..n_frames {
             self.view.advance(gpu(), scene, &self.camera, &settings);

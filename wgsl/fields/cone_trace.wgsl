@@ -6,9 +6,9 @@
 
 #import lucerna::cone::march::{Cone, ConeCells, ConeSettings, HALF_OF_WALL, MAX_STEPS, cone_cells, cone_point, cone_step}
 #import lucerna::cone::medium::{Medium, MediumLight, add_medium, clear_way, end_of_way}
-#import lucerna::cone::pyramid::{MAX_MIPS, direction_weights, pyramid_weight, radiance_scale}
+#import lucerna::components::voxel_pyramid::layout::{MAX_MIPS, direction_weights, pyramid_weight, radiance_scale}
 #import lucerna::fields::voxel_pyramid::{filtered_texel, pyramid}
-#import lucerna::voxel::grid::faces_of_direction
+#import lucerna::components::voxels::grid::faces_of_direction
 
 /// What a cone has met.
 struct ConeResult {

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: the texels of prefiltered voxels, one by one, for kernels that make them.
 //!
-//! Interface: `pyramid`, `load_texel` of the volume that is read, `store_texel` to the one that is written. This
+//! Interface: `filled`, `load_texel` of the volume that is read, `store_texel` to the one that is written. This
 //! one has textures; the variant `pyramid_buffer` has buffers.
 #define_import_path lucerna::fields::pyramid_texels
 
-#import lucerna::cone::pyramid::PyramidLayout
+#import lucerna::components::voxel_pyramid::layout::PyramidLayout
 
-@group(2) @binding(0) var<uniform> pyramid: PyramidLayout;
-@group(2) @binding(1) var source: texture_3d<f32>;
-@group(2) @binding(2) var target_volume: texture_storage_3d<rgba16float, write>;
+@group(3) @binding(24) var<uniform> filled: PyramidLayout;
+@group(3) @binding(25) var source_volume: texture_3d<f32>;
+@group(3) @binding(26) var target_volume: texture_storage_3d<rgba16float, write>;
 
-/// `volume`: which one `source` is.
+/// `volume`: which one `source_volume` is.
 fn load_texel(volume: u32, place: vec3<u32>) -> vec4<f32> {
-    return textureLoad(source, place, 0);
+    return textureLoad(source_volume, place, 0);
 }
 
 /// `volume`: which one the target is.

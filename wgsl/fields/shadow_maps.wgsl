@@ -5,7 +5,7 @@
 #define_import_path lucerna::fields::shadow_maps
 
 #import lucerna::sampling::pcg::{pcg3d, unit_float}
-#import lucerna::shadow::shadow_map::{ShadowFilter, ShadowView, shadow_visibility}
+#import lucerna::components::shadow_maps::shadow_map::{ShadowFilter, ShadowView, shadow_visibility}
 
 /// Views there may be: a spot or directional light has one, a point light six.
 const MAX_VIEWS: u32 = 48u;
@@ -23,9 +23,9 @@ struct ShadowMaps {
     reserved_c: u32,
 }
 
-@group(2) @binding(8) var<uniform> shadows: ShadowMaps;
-@group(2) @binding(9) var shadow_textures: texture_depth_2d_array;
-@group(2) @binding(10) var shadow_compare: sampler_comparison;
+@group(3) @binding(8) var<uniform> shadows: ShadowMaps;
+@group(3) @binding(9) var shadow_textures: texture_depth_2d_array;
+@group(3) @binding(10) var shadow_compare: sampler_comparison;
 
 /// Whether there are maps of this light.
 fn has_map(light_ix: u32) -> bool {

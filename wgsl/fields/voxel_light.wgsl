@@ -5,12 +5,12 @@
 //! themselves. What light it is, the host decides by the buffer that it binds as `face_light`.
 #define_import_path lucerna::fields::voxel_light
 
-#import lucerna::voxel::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
-#import lucerna::voxel::grid::{faces_of_direction, grid_from_world, is_inside}
-#import lucerna::voxel::levels::{VoxelLevel, VoxelLevels, level_weight, slot_word}
-#import lucerna::voxel::lookup::{face_weights, tap_cell, tap_weight, taps_at}
-#import lucerna::voxel_rt::cache::{LightSum, add_share, add_weighted}
-#import lucerna::voxel_rt::walls::{keep_before_walls, undivided}
+#import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
+#import lucerna::components::voxels::grid::{faces_of_direction, grid_from_world, is_inside}
+#import lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels, level_weight, slot_word}
+#import lucerna::components::voxels::lookup::{face_weights, tap_cell, tap_weight, taps_at}
+#import lucerna::components::voxel_light::cache::{LightSum, add_share, add_weighted}
+#import lucerna::components::voxel_light::walls::{keep_before_walls, undivided}
 
 /// Trilinear over the cells that hold surfaces which look the point's way.
 const LOOKUP_VALID: u32 = 0u;
@@ -25,13 +25,13 @@ const NORMAL_OFFSET: f32 = 0.5;
 /// surface on a border belongs to the cell before it.
 const SIDE_OFFSET: f32 = 1e-2;
 
-@group(2) @binding(0) var<uniform> levels: VoxelLevels;
+@group(3) @binding(0) var<uniform> levels: VoxelLevels;
 /// Of each level the bricks' words, then for each slot a packed cell and its walls
-/// (`lucerna::voxel_rt::walls`).
-@group(2) @binding(1) var<storage, read> structure: array<vec2<u32>>;
+/// (`lucerna::components::voxel_light::walls`).
+@group(3) @binding(1) var<storage, read> structure: array<vec2<u32>>;
 /// Of each level a record a face (slot · n_faces + face): rgb irradiance [W·m⁻²], a: how much of the
 /// face a surface covers.
-@group(2) @binding(2) var<storage, read> face_light: array<vec4<f32>>;
+@group(3) @binding(2) var<storage, read> face_light: array<vec4<f32>>;
 
 /// The slot of a cell, or NO_SLOT; outside the grid there is none.
 fn slot_of_cell(level: VoxelLevel, cell: vec3<i32>) -> u32 {
@@ -119,4 +119,19 @@ fn irradiance_at(position: vec3<f32>, normal: vec3<f32>, lookup: u32) -> vec3<f3
         }
     }
     return out.irradiance;
+}
+
+/// The cell that a surface point stands in, and its level in w: the finest that counts at the point.
+///
+/// `position` [m], `normal`: of the surface, unit length.
+fn cell_at(position: vec3<f32>, normal: vec3<f32>) -> vec4<u32> {
+    for (var ix = 0u; ix + 1u < levels.n_levels; ix++) {
+        let point = grid_from_world(levels.levels[ix].grid, position);
+        if level_weight(levels.levels[ix].grid, point) > 0.0 {
+            return vec4<u32>(vec3<u32>(floor(point + normal * SIDE_OFFSET)), ix);
+        }
+    }
+    let last = levels.n_levels - 1u;
+    let point = grid_from_world(levels.levels[last].grid, position);
+    return vec4<u32>(vec3<u32>(max(floor(point + normal * SIDE_OFFSET), vec3<f32>(0.0))), last);
 }

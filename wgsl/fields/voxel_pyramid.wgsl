@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: prefiltered voxels, read between their centres.
 //!
-//! Interface: `pyramid`, `filtered_texel`. This one filters in textures; the variant `pyramid_buffer` has the same
+//! Interface: `pyramid`, `filtered_texel`. This one filters in textures; the variant `volumes=buffers` has the same
 //! numbers from buffers alone.
 #define_import_path lucerna::fields::voxel_pyramid
 
-#import lucerna::cone::pyramid::{PyramidLayout, texels_of_point, volume_of_mip}
+#import lucerna::components::voxel_pyramid::layout::{PyramidLayout, texels_of_point, volume_of_mip}
 
-@group(2) @binding(0) var<uniform> pyramid: PyramidLayout;
-@group(2) @binding(1) var volume_base: texture_3d<f32>;
-@group(2) @binding(2) var volume_odd: texture_3d<f32>;
-@group(2) @binding(3) var volume_even: texture_3d<f32>;
-@group(2) @binding(4) var filtering: sampler;
+@group(3) @binding(16) var<uniform> pyramid: PyramidLayout;
+@group(3) @binding(17) var volume_base: texture_3d<f32>;
+@group(3) @binding(18) var volume_odd: texture_3d<f32>;
+@group(3) @binding(19) var volume_even: texture_3d<f32>;
+@group(3) @binding(20) var filtering: sampler;
 
 /// The texel of a face at a point, trilinear. `entry`: level · MAX_MIPS + mip; `point`: in cells of the mip.
 fn filtered_texel(entry: u32, mip: u32, face: u32, point: vec3<f32>) -> vec4<f32> {

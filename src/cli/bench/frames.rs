@@ -2,12 +2,12 @@
 
 use glam::{UVec2, Vec3};
 use lucerna::blocking::read_buffer;
-use lucerna::frame::{
-    DirectSettings, Frame, FramePasses, PassTimers, Technique, View, ViewSettings,
-};
-use lucerna::gpu::Gpu;
+use lucerna::frame::{DirectSettings, FramePasses, View, ViewSettings};
+use lucerna::gpu::{Gpu, PassTimers, Recorder};
 use lucerna::gpu_scene::{GpuScene, WorldTriangles};
 use lucerna::scene::{Camera, Light, Scene};
+use lucerna::seam::{Change, Revised, Revisions};
+use lucerna::techniques::Technique;
 use std::error::Error;
 
 /// The picture of the techniques' sources.
@@ -33,13 +33,8 @@ pub struct Rig<T> {
     pub technique: T,
     pub passes: FramePasses,
     view: View,
+    revisions: Revisions,
     best: Passes,
-}
-
-/// What a technique is told when everything moves, and which of its passes run then alone.
-pub struct Moving<'a, T> {
-    pub tell: fn(&mut T),
-    pub passes: &'a [&'static str],
 }
 
 /// A scene without any light gets a point light in the middle of its box.
@@ -64,17 +59,20 @@ impl Bench<'_> {
         Ok(Rig {
             technique,
             passes: FramePasses::new(self.gpu, self.scene, size, DirectSettings::default())?,
-            view: View::new(self.gpu, size),
+            view: View::new(size),
+            revisions: Revisions::fresh(),
             best: Vec::new(),
         })
     }
 
     /// Of each configuration the passes: what follows movement from frames in which everything moved, the others from
     /// frames in which nothing did. The configurations take turns, so that a disturbance meets all of them.
+    ///
+    /// `moving`: passes that run where something has moved alone.
     pub fn run<T: Technique>(
         &self,
         rigs: &mut [Rig<T>],
-        moving: &Moving<T>,
+        moving: &[&'static str],
     ) -> Result<Vec<Passes>, Box<dyn Error>> {
         let mut timers = PassTimers::new(self.gpu)
             .ok_or("this device has no timestamps: passes can't be timed")?;
@@ -91,29 +89,25 @@ impl Bench<'_> {
         rig: &mut Rig<T>,
         frame_ix: u32,
         timers: &mut PassTimers,
-        moving: &Moving<T>,
+        moving: &[&'static str],
     ) -> Result<(), Box<dyn Error>> {
         // The first frame compiles.
         let is_moved = frame_ix <= ROUNDS;
         let is_settled = frame_ix > ROUNDS + FRAMES_TO_SETTLE;
         if is_moved {
-            (moving.tell)(&mut rig.technique);
-            rig.passes.shadows_changed();
+            rig.revisions = rig.revisions.changed(Change::Geometry);
         }
-        rig.view.advance(self.gpu, self.scene, self.camera, &ViewSettings::default());
+        let scene = &Revised { scene: self.scene, revisions: rig.revisions };
+        rig.view.advance(scene, self.camera, &ViewSettings::default());
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         timers.begin_frame();
-        let frame = &mut Frame {
-            gpu: self.gpu,
-            encoder: &mut encoder,
-            scene: self.scene,
-            view: &rig.view,
-            timers: Some(timers),
-        };
-        if frame_ix == 0 || is_settled {
-            rig.passes.record(frame, &mut rig.technique)?;
-        } else {
-            rig.passes.update(frame, &mut rig.technique)?;
+        {
+            let recorder = &mut Recorder::timed(self.gpu, &mut encoder, Some(timers));
+            if frame_ix == 0 || is_settled {
+                rig.passes.record(recorder, scene, &rig.view, &mut rig.technique)?;
+            } else {
+                rig.passes.update(recorder, scene, &rig.view, &mut rig.technique)?;
+            }
         }
         timers.resolve(&mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
@@ -125,7 +119,7 @@ impl Bench<'_> {
                 None => of_frame.push((name, ms)),
             }
         }
-        let counts = |name: &str| match moving.passes.contains(&name) {
+        let counts = |name: &str| match moving.contains(&name) {
             true => is_moved && frame_ix > 0,
             false => is_settled,
         };

@@ -1,12 +1,13 @@
 //! Traversal: the kernels against obvhs on one CPU thread, same tree, same rays.
 
-use super::Row;
+use super::{Row, timed};
 use glam::{Vec3, Vec3A};
-use lucerna::blocking::{PassTimer, read_buffer, wait};
+use lucerna::blocking::read_buffer;
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{Bvh, GpuScene, GpuSceneOptions, RaySource, WorldTriangles, build_obvhs};
 use lucerna::rays::{Hit, NONE, Ray, RayKernel, RayQuestion};
 use lucerna::scene::{Camera, Projection, Scene};
+use lucerna::settings;
 use std::error::Error;
 use std::time::{Duration, Instant};
 use wgpu::util::DeviceExt;
@@ -28,7 +29,7 @@ pub fn measure(
     Bvh::build(&world.positions);
     let build = begun.elapsed();
     let gpu_scene =
-        GpuScene::new(gpu, scene, GpuSceneOptions { rays: source, diffuse_only: true })?;
+        GpuScene::new(gpu, scene, settings!(GpuSceneOptions { rays: source, diffuse_only: true }))?;
     let memory = gpu_scene.memory();
     let per_triangle =
         (memory.bvh_nodes + memory.triangles) as f64 / f64::from(gpu_scene.n_triangles().max(1));
@@ -164,7 +165,7 @@ fn diffuse_rays(primary: &[Ray], hits: &[Hit]) -> Vec<Ray> {
 }
 
 fn gpu_hits(gpu: &Gpu, scene: &GpuScene, rays: &[Ray]) -> Result<Vec<Hit>, Box<dyn Error>> {
-    let (_, answers) = run(gpu, scene, RayQuestion::Nearest, rays, None)?;
+    let (_, answers) = run(gpu, scene, RayQuestion::Nearest, rays)?;
     let bytes = read_buffer(gpu, &answers)?;
     Ok(bytes.chunks_exact(size_of::<Hit>()).map(bytemuck::pod_read_unaligned).collect())
 }
@@ -175,8 +176,7 @@ fn gpu_time(
     question: RayQuestion,
     rays: &[Ray],
 ) -> Result<Duration, Box<dyn Error>> {
-    let timer = PassTimer::new(gpu);
-    Ok(run(gpu, scene, question, rays, timer.as_ref())?.0)
+    Ok(run(gpu, scene, question, rays)?.0)
 }
 
 /// Traces all rays twice and times the second run: the first compiles.
@@ -185,7 +185,6 @@ fn run(
     scene: &GpuScene,
     question: RayQuestion,
     rays: &[Ray],
-    timer: Option<&PassTimer>,
 ) -> Result<(Duration, wgpu::Buffer), Box<dyn Error>> {
     let kernel = RayKernel::new(gpu, scene, question);
     let ray_buffer = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -201,21 +200,9 @@ fn run(
     });
     let mut time = Duration::MAX;
     for _ in 0..2 {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let writes = timer.map(PassTimer::writes);
-        kernel.record(gpu, &mut encoder, scene, &ray_buffer, &answers, rays.len() as u32, writes);
-        if let Some(timer) = timer {
-            timer.resolve(&mut encoder);
-        }
-        let begun = Instant::now();
-        gpu.queue.submit([encoder.finish()]);
-        time = match timer {
-            Some(timer) => timer.read(gpu)?,
-            None => {
-                wait(gpu)?;
-                begun.elapsed()
-            }
-        };
+        time = timed(gpu, |recorder| {
+            Ok(kernel.record(recorder, scene, &ray_buffer, &answers, rays.len() as u32)?)
+        })?;
     }
     Ok((time, answers))
 }

@@ -5,8 +5,9 @@ use glam::UVec2;
 use lucerna::blocking::render_reference;
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
-use lucerna::reference::ReferenceSettings;
 use lucerna::scene::{Camera, Scene};
+use lucerna::settings;
+use lucerna::techniques::reference::ReferenceSettings;
 use std::error::Error;
 
 const SAMPLES: u32 = 8;
@@ -20,14 +21,15 @@ pub fn measure(
 ) -> Result<Vec<Row>, Box<dyn Error>> {
     let mut rows = Vec::new();
     for (name, diffuse_only) in [("Lambert", true), ("full materials", false)] {
-        let gpu_scene = GpuScene::new(gpu, scene, GpuSceneOptions { rays: source, diffuse_only })?;
-        let settings = ReferenceSettings {
+        let gpu_scene =
+            GpuScene::new(gpu, scene, settings!(GpuSceneOptions { rays: source, diffuse_only }))?;
+        let settings = settings!(ReferenceSettings {
             size: UVec2::new(320, 180),
             n_bounces: 6,
             seed: 0,
             irradiance: false,
             occlusion_distance: 0.0,
-        };
+        });
         // The first round also compiles; the fastest counts.
         let mut best = f64::INFINITY;
         for _ in 0..=ROUNDS {

@@ -1,39 +1,40 @@
 //! `voxel-cone`: the passes of its source's table, its own, and what a step of a cone costs.
 
 use super::Row;
-use super::frames::{Bench, Moving, PICTURE, Passes, Rig, sum_of, with_light};
+use super::frames::{Bench, PICTURE, Passes, Rig, sum_of, with_light};
 use glam::{UVec2, UVec3, Vec3};
 use lucerna::blocking::read_buffer;
-use lucerna::frame::{DirectPass, DirectSettings, PassTimers};
-use lucerna::gpu::Gpu;
+use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettings};
+use lucerna::components::voxel_pyramid::{
+    Cone, ConeResult, ConeStepping, FaceWeights, PyramidStorage, TracePass,
+};
+use lucerna::components::voxels::Resolution;
+use lucerna::frame::{DirectPass, DirectSettings};
+use lucerna::gpu::{Gpu, PassTimers, Recorder};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::scene::{Camera, Scene};
-use lucerna::shadow::{ShadowFiltering, ShadowMaps, ShadowSettings};
-use lucerna::voxel::Resolution;
-use lucerna::voxel_cone::{
-    Cone, ConeResult, ConeStepping, FaceWeights, PyramidStorage, Specular, TracePass, VoxelCone,
-    VoxelConeSettings,
-};
-use lucerna::voxel_rt::Change;
+use lucerna::settings;
+use lucerna::techniques::voxel_cone::{Specular, VoxelCone, VoxelConeSettings};
 use std::error::Error;
 use wgpu::util::DeviceExt;
 
 /// The source's cells.
 const CELLS: UVec3 = UVec3::new(128, 64, 64);
-const MOVED: [&str; 4] = ["voxel/voxelize", "voxel/attributes", "voxel_rt/carry", "shadow/depth"];
+const MOVED: [&str; 4] =
+    ["voxels/voxelize", "voxels/attributes", "voxel_light/carry", "shadow_maps/depth"];
 /// What voxelizes, and lights and prefilters the voxels.
 const VOXELIZATION: [&str; 7] = [
-    "voxel/voxelize",
-    "voxel/attributes",
-    "voxel_rt/carry",
-    "voxel_rt/gather",
-    "voxel_rt/publish",
-    "voxel_cone/fill",
-    "voxel_cone/prefilter",
+    "voxels/voxelize",
+    "voxels/attributes",
+    "voxel_light/carry",
+    "voxel_light/gather",
+    "voxel_light/publish",
+    "voxel_pyramid/fill",
+    "voxel_pyramid/prefilter",
 ];
 /// The source's passes: its name, ours, and its figure.
 const SOURCE: [(&str, &[&str], f64, &str); 7] = [
-    ("shadow maps", &["shadow/depth"], 0.40, "source's 0.40 ms (RTX 2080 Super)"),
+    ("shadow maps", &["shadow_maps/depth"], 0.40, "source's 0.40 ms (RTX 2080 Super)"),
     ("voxelization", &VOXELIZATION, 1.48, "source's 1.48 ms"),
     ("G-buffer", &["frame/gbuffer"], 0.29, "source's 0.29 ms"),
     ("bounce", &["voxel_cone/bounce"], 6.95, "source's 6.95 ms"),
@@ -54,32 +55,29 @@ pub fn measure(
     source: RaySource,
     quick: bool,
 ) -> Result<Vec<Row>, Box<dyn Error>> {
-    if source == RaySource::RayQuery {
-        return Err("shadow maps need --rays software".into());
-    }
     let scene = with_light(scene);
-    let options = GpuSceneOptions { rays: source, diffuse_only: false };
+    let options = settings!(GpuSceneOptions { rays: source, diffuse_only: false });
     let gpu_scene = GpuScene::new(gpu, &scene, options)?;
     let bench = Bench { gpu, scene: &gpu_scene, camera };
     let (picture, size, n_cones) = match quick {
         true => (PICTURE / 4, CELLS / 2, N_CONES / 16),
         false => (PICTURE, CELLS, N_CONES),
     };
-    let ours = VoxelConeSettings { resolution: Resolution::Size(size), ..Default::default() };
+    let ours =
+        settings!(VoxelConeSettings { resolution: Resolution::Size(size), ..Default::default() });
     let configurations = [
         (DEFAULT, ours),
-        ("one value a voxel", VoxelConeSettings { anisotropic: false, ..ours }),
-        ("buffers", VoxelConeSettings { storage: PyramidStorage::Buffers, ..ours }),
-        ("with diffuse occlusion", VoxelConeSettings { occludes_diffuse: true, ..ours }),
-        ("16 cones", VoxelConeSettings { n_cones: 16, n_bounce_cones: 16, ..ours }),
+        ("one value a voxel", settings!(VoxelConeSettings { anisotropic: false, ..ours })),
+        ("buffers", settings!(VoxelConeSettings { storage: PyramidStorage::Buffers, ..ours })),
+        ("with diffuse occlusion", settings!(VoxelConeSettings { occludes_diffuse: true, ..ours })),
+        ("16 cones", settings!(VoxelConeSettings { n_cones: 16, n_bounce_cones: 16, ..ours })),
     ];
     let mut rigs = vec![as_source(&bench, picture, size)?];
     for (_, settings) in configurations {
         let technique = VoxelCone::new(gpu, &gpu_scene, settings, camera.position)?;
         rigs.push(bench.rig(picture, technique)?);
     }
-    let tell = |technique: &mut VoxelCone| technique.changed(Change::Geometry);
-    let all = bench.run(&mut rigs, &Moving { tell, passes: &MOVED })?;
+    let all = bench.run(&mut rigs, &MOVED)?;
     let mut rows = rows_of_source(&all[0]);
     let baseline = total(&all[1]);
     for ((name, _), passes) in configurations.iter().zip(&all[1..]) {
@@ -108,20 +106,23 @@ fn total(passes: &Passes) -> f64 {
 /// The source's settings (its bounce pass is one bounce a frame; PCSS for voxels and pixels).
 fn as_source(bench: &Bench, picture: UVec2, size: UVec3) -> Result<Rig<VoxelCone>, Box<dyn Error>> {
     let Bench { gpu, scene, camera } = *bench;
-    let settings = VoxelConeSettings {
+    let settings = settings!(VoxelConeSettings {
         resolution: Resolution::Size(size),
         bounce_period: 1,
         stepping: ConeStepping { mip_bias: 0.0, ..ConeStepping::default() },
         face_weights: FaceWeights::Squared,
         specular: Specular::Fixed(10.0),
         ..Default::default()
-    };
+    });
     let filtering = ShadowFiltering::Pcss { light_radius: 0.1, angular_radius: 0.27 };
-    let maps = ShadowMaps::new(gpu, scene, ShadowSettings { filtering, ..Default::default() })?;
-    let technique = VoxelCone::with_shadow_maps(gpu, scene, settings, &maps, camera.position)?;
+    let maps =
+        ShadowMaps::new(gpu, scene, settings!(ShadowSettings { filtering, ..Default::default() }))?;
+    let visibility = maps.visibility();
+    let eye = camera.position;
+    let technique = VoxelCone::with_visibility(gpu, scene, settings, &visibility, eye)?;
     let mut rig = bench.rig(picture, technique)?;
     let direct = DirectSettings::default();
-    rig.passes.direct = DirectPass::with_shadows(gpu, scene, picture, direct, &maps.binding(gpu))?;
+    rig.passes.direct = DirectPass::new(gpu, scene, picture, direct, &visibility);
     rig.passes.shadow_maps = Some(maps);
     Ok(rig)
 }
@@ -184,9 +185,11 @@ fn nanoseconds_per_step(
     for round in 0..4 {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         timers.begin_frame();
-        let written = timers.compute("voxel_cone/trace");
-        let stepping = ConeStepping::default();
-        pass.record(gpu, &mut encoder, &cones, &results, n, stepping, 0.0, written);
+        let (stepping, pyramid) = (ConeStepping::default(), technique.pyramid());
+        {
+            let recorder = &mut Recorder::timed(gpu, &mut encoder, Some(&mut timers));
+            pass.record(recorder, pyramid, &cones, &results, n, stepping, 0.0);
+        }
         timers.resolve(&mut encoder);
         gpu.queue.submit([encoder.finish()]);
         let bytes = read_buffer(gpu, timers.resolved())?;

@@ -1,21 +1,21 @@
 //! `voxel-rt` pass by pass: beside its source's configuration, and how cost goes with rays and pixels.
 
 use super::Row;
-use super::frames::{Bench, Moving, PICTURE, Passes, sum_of, with_light};
+use super::frames::{Bench, PICTURE, Passes, sum_of, with_light};
 use glam::UVec2;
+use lucerna::components::voxel_light::{Bounces, DirectLight, RaysInjected, WriteStrategy};
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::scene::{Camera, Scene};
-use lucerna::voxel_rt::{
-    Bounces, Change, DirectLight, Lookup, RaysInjected, VoxelRt, VoxelRtSettings, WriteStrategy,
-};
+use lucerna::settings;
+use lucerna::techniques::voxel_rt::{Lookup, VoxelRt, VoxelRtSettings};
 use std::error::Error;
 
 /// The source's cells along the longest side, and rays along a side of the light's square.
 const CELLS: u32 = 128;
 const RAYS: u32 = 512;
 const BASELINE: &str = "store, 1 bounce";
-const VOXELIZE: [&str; 2] = ["voxel/voxelize", "voxel_rt/carry"];
+const VOXELIZE: [&str; 2] = ["voxels/voxelize", "voxel_light/carry"];
 
 /// `quick`: pictures of a quarter of the side, and half the cells and rays.
 pub fn measure(
@@ -26,33 +26,36 @@ pub fn measure(
     quick: bool,
 ) -> Result<Vec<Row>, Box<dyn Error>> {
     let scene = with_light(scene);
-    let options = GpuSceneOptions { rays: source, diffuse_only: true };
+    let options = settings!(GpuSceneOptions { rays: source, diffuse_only: true });
     let gpu_scene = GpuScene::new(gpu, &scene, options)?;
     let bench = Bench { gpu, scene: &gpu_scene, camera };
     let (picture, cells, n_rays) =
         if quick { (PICTURE / 4, CELLS / 2, RAYS / 2) } else { (PICTURE, CELLS, RAYS) };
     let from_lights = |strategy| DirectLight::FromLights(RaysInjected { n_rays, strategy });
-    let ours = VoxelRtSettings { resolution: cells, ..Default::default() };
-    let sources = VoxelRtSettings {
+    let ours = settings!(VoxelRtSettings { resolution: cells, ..Default::default() });
+    let sources = settings!(VoxelRtSettings {
         anisotropic: false,
         direct: from_lights(WriteStrategy::Store),
         bounces: Bounces::UpTo(1),
         lookup: Lookup::SevenTap,
         ..ours
-    };
+    });
     let configurations = [
         (BASELINE, sources),
         (
             "moving average, 1 bounce",
-            VoxelRtSettings { direct: from_lights(WriteStrategy::MovingAverage), ..sources },
+            settings!(VoxelRtSettings {
+                direct: from_lights(WriteStrategy::MovingAverage),
+                ..sources
+            }),
         ),
         (
             "exact, 1 bounce",
-            VoxelRtSettings { direct: from_lights(WriteStrategy::Exact), ..sources },
+            settings!(VoxelRtSettings { direct: from_lights(WriteStrategy::Exact), ..sources }),
         ),
         (
             "exact, 6 faces, all bounces",
-            VoxelRtSettings { direct: from_lights(WriteStrategy::Exact), ..ours },
+            settings!(VoxelRtSettings { direct: from_lights(WriteStrategy::Exact), ..ours }),
         ),
         ("default", ours),
     ];
@@ -76,9 +79,14 @@ pub fn measure(
         (picture / 2, n_rays / 2),
         (picture / 2, 2 * n_rays),
     ];
-    let injected = |n_rays| VoxelRtSettings {
-        direct: DirectLight::FromLights(RaysInjected { n_rays, strategy: WriteStrategy::Exact }),
-        ..ours
+    let injected = |n_rays| {
+        settings!(VoxelRtSettings {
+            direct: DirectLight::FromLights(RaysInjected {
+                n_rays,
+                strategy: WriteStrategy::Exact
+            }),
+            ..ours
+        })
     };
     let all = passes(&bench, &sizes.map(|(size, n_rays)| (size, injected(n_rays))))?;
     for ((size, n_rays), passes) in sizes.into_iter().zip(all) {
@@ -92,7 +100,7 @@ pub fn measure(
         ));
         rows.push(Row::new(
             format!("{name}: inject"),
-            1e6 * of("voxel_rt/inject") / n_rays,
+            1e6 * of("voxel_light/inject") / n_rays,
             "ns/ray",
         ));
     }
@@ -109,8 +117,7 @@ fn passes(
         let technique = VoxelRt::new(bench.gpu, bench.scene, settings, bench.camera.position)?;
         rigs.push(bench.rig(size, technique)?);
     }
-    let tell = |technique: &mut VoxelRt| technique.changed(Change::Geometry);
-    let mut all = bench.run(&mut rigs, &Moving { tell, passes: &VOXELIZE })?;
+    let mut all = bench.run(&mut rigs, &VOXELIZE)?;
     for passes in &mut all {
         passes.retain(|(name, _)| name.starts_with("voxel"));
     }

@@ -1,19 +1,21 @@
 //! Write strategies: the tables 7.2 to 7.4 of `voxel-rt`'s source, and the write alone.
 
-use super::Row;
+use super::{Row, timed};
 use glam::{UVec3, Vec3};
-use lucerna::blocking::{PassTimer, read_buffer, wait};
-use lucerna::gpu::Gpu;
-use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource, WorldTriangles};
-use lucerna::rays::{Hit, NONE, Ray, RayKernel, RayQuestion};
-use lucerna::scene::{Light, Scene};
-use lucerna::voxel::VoxelGrid;
-use lucerna::voxel_rt::{
+use lucerna::blocking::read_buffer;
+use lucerna::components::voxel_light::{
     Injection, InjectionSource, RUN_SIDE, VoxelInjector, VoxelIrradiance, VoxelSample,
     WriteStrategy, sparse_grid,
 };
+use lucerna::components::voxels::VoxelGrid;
+use lucerna::gpu::{Gpu, Recorder};
+use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource, WorldTriangles};
+use lucerna::rays::{Hit, NONE, Ray, RayKernel, RayQuestion};
+use lucerna::scene::{Light, Scene};
+use lucerna::seam::SceneSeam;
+use lucerna::settings;
 use std::error::Error;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use wgpu::util::DeviceExt;
 
 /// Cells along the longest axis.
@@ -38,7 +40,7 @@ pub fn measure(
     for (place, position) in places(scene) {
         let light = Light::Point { position, intensity: Vec3::ONE, range: None };
         let lit = Scene { lights: vec![light.clone()], ..scene.clone() };
-        let options = GpuSceneOptions { rays: source, diffuse_only: true };
+        let options = settings!(GpuSceneOptions { rays: source, diffuse_only: true });
         let gpu_scene = GpuScene::new(gpu, &lit, options)?;
         for &cells in grids {
             for &n_rays in rays {
@@ -72,7 +74,7 @@ fn measure_one(
     let (grid, structure, samples) = voxels_of_hits(scene, cells, &hits);
     let structure = buffer(gpu, bytemuck::cast_slice(&structure));
     let sample_buffer = buffer(gpu, bytemuck::cast_slice(&samples));
-    let largest_irradiance = scene.punctual_peaks()[0].at(0.5 * grid.cell);
+    let largest_irradiance = scene.facts().punctual_peaks[0].at(0.5 * grid.cell);
     let traced =
         Injection { source: InjectionSource::Light(0), n_rays, seed: 1, largest_irradiance };
     let written = Injection {
@@ -83,17 +85,18 @@ fn measure_one(
         .into_iter()
         .map(|strategy| {
             let volume = VoxelIrradiance::new(gpu, grid, &structure, strategy)?;
-            let injector = VoxelInjector::new(gpu, scene, &volume, 1);
+            let injector = VoxelInjector::new(gpu, scene, strategy);
             Ok((volume, injector))
         })
         .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
-    let timer = PassTimer::new(gpu);
     for (what, injection) in [("inject", traced), ("write", written)] {
         let mut best = [Duration::MAX; WriteStrategy::ALL.len()];
         // The first round compiles. In turns, so that a disturbance meets all of them.
         for round in 0..=ROUNDS {
             for (best, (volume, injector)) in best.iter_mut().zip(&rigs) {
-                let time = time(gpu, scene, volume, injector, injection, timer.as_ref())?;
+                let time = timed(gpu, |recorder| {
+                    Ok(injector.record(recorder, scene, volume, &[injection])?)
+                })?;
                 if round > 0 {
                     *best = (*best).min(time);
                 }
@@ -119,31 +122,6 @@ fn label(strategy: WriteStrategy) -> &'static str {
         WriteStrategy::Max => "max",
         WriteStrategy::Exact => "exact",
     }
-}
-
-fn time(
-    gpu: &Gpu,
-    scene: &GpuScene,
-    volume: &VoxelIrradiance,
-    injector: &VoxelInjector,
-    injection: Injection,
-    timer: Option<&PassTimer>,
-) -> Result<Duration, Box<dyn Error>> {
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let writes = timer.map(PassTimer::writes);
-    injector.record(gpu, &mut encoder, scene, volume, &[injection], writes)?;
-    if let Some(timer) = timer {
-        timer.resolve(&mut encoder);
-    }
-    let begun = Instant::now();
-    gpu.queue.submit([encoder.finish()]);
-    Ok(match timer {
-        Some(timer) => timer.read(gpu)?,
-        None => {
-            wait(gpu)?;
-            begun.elapsed()
-        }
-    })
 }
 
 /// A hit's place and triangle, in the order in which the kernel's invocations meet them.
@@ -183,7 +161,10 @@ fn hits_of_light(
         mapped_at_creation: false,
     });
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    kernel.record(gpu, &mut encoder, scene, &ray_buffer, &answers, rays.len() as u32, None);
+    {
+        let recorder = &mut Recorder::new(gpu, &mut encoder);
+        kernel.record(recorder, scene, &ray_buffer, &answers, rays.len() as u32)?;
+    }
     gpu.queue.submit([encoder.finish()]);
     let bytes = read_buffer(gpu, &answers)?;
     let hits = bytes.chunks_exact(size_of::<Hit>()).map(bytemuck::pod_read_unaligned::<Hit>);
@@ -232,7 +213,7 @@ fn voxels_of_hits(
         let cell = UVec3::new(packed & 1023, packed >> 10 & 1023, packed >> 20);
         slot_of[index(cell)] = slot as u32;
     }
-    let largest = scene.punctual_peaks()[0].at(0.5 * cell);
+    let largest = scene.facts().punctual_peaks[0].at(0.5 * cell);
     let samples = hits
         .iter()
         .map(|hit| VoxelSample {

@@ -4,13 +4,14 @@
 use super::Row;
 use glam::{Affine3A, UVec3, Vec3};
 use lucerna::blocking::{read_buffer, wait};
-use lucerna::gpu::Gpu;
-use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
-use lucerna::scene::{Instance, Material, Mesh, Scene};
-use lucerna::voxel::{
+use lucerna::components::voxels::{
     RasterMethod, RasterVoxelizer, Resolution, Triangles, VoxelAttributes, VoxelGrid, Voxelizer,
     grid_for_bounds, n_bricks,
 };
+use lucerna::gpu::{Gpu, Recorder};
+use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
+use lucerna::scene::{Instance, Material, Mesh, Scene};
+use lucerna::settings;
 use std::error::Error;
 use std::time::{Duration, Instant};
 
@@ -19,7 +20,7 @@ const ROUNDS: usize = 5;
 const COMPUTE: &str = "compute";
 
 pub fn measure(gpu: &Gpu, scene: &Scene, source: RaySource) -> Result<Vec<Row>, Box<dyn Error>> {
-    let options = GpuSceneOptions { rays: source, ..Default::default() };
+    let options = settings!(GpuSceneOptions { rays: source, ..Default::default() });
     let gpu_scene = GpuScene::new(gpu, scene, options)?;
     let mut rows = Vec::new();
     for n in [64, 128, 256] {
@@ -44,14 +45,13 @@ fn ms(time: Duration) -> f64 {
 fn of_grid(gpu: &Gpu, scene: &GpuScene, grid: VoxelGrid) -> Result<Vec<Row>, Box<dyn Error>> {
     let n = grid.size.max_element();
     let voxelizer = Voxelizer::new(gpu, scene, grid)?;
-    let compute =
-        time(gpu, |encoder| Ok(voxelizer.record(encoder, scene, Triangles::All, None)?))?;
+    let compute = time(gpu, |recorder| Ok(voxelizer.record(recorder, scene, Triangles::All)?))?;
     let words: Vec<[u32; 2]> =
         bytemuck::pod_collect_to_vec(&read_buffer(gpu, voxelizer.structure())?);
     let exact: Vec<u32> = words[..n_bricks(&grid) as usize].iter().map(|word| word[0]).collect();
     let n_exact = ones(&exact).max(1);
     let attributes = VoxelAttributes::new(gpu, scene, &voxelizer)?;
-    let records = time(gpu, |encoder| Ok(attributes.record(encoder, scene, &voxelizer, None)?))?;
+    let records = time(gpu, |recorder| Ok(attributes.record(recorder, scene, &voxelizer)?))?;
     let mut rows = vec![
         Row::new(format!("{n}^3, voxels"), n_exact as f64, ""),
         Row::new(format!("{n}^3, compute, with its structure"), ms(compute), "ms"),
@@ -63,7 +63,7 @@ fn of_grid(gpu: &Gpu, scene: &GpuScene, grid: VoxelGrid) -> Result<Vec<Row>, Box
         ("dominant axis, rectangles", RasterMethod::BoundingQuad),
     ] {
         let raster = RasterVoxelizer::new(gpu, scene, grid, method)?;
-        let taken = time(gpu, |encoder| Ok(raster.record(encoder, scene)?))?;
+        let taken = time(gpu, |recorder| Ok(raster.record(recorder, scene)?))?;
         let mut bits: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(gpu, raster.bits())?);
         bits.truncate(exact.len());
         let share = |of: &[u32], without: &[u32]| {
@@ -87,12 +87,12 @@ fn ones(words: &[u32]) -> u64 {
 /// Wall time of submission and wait.
 fn time(
     gpu: &Gpu,
-    record: impl Fn(&mut wgpu::CommandEncoder) -> Result<(), Box<dyn Error>>,
+    record: impl Fn(&mut Recorder) -> Result<(), Box<dyn Error>>,
 ) -> Result<Duration, Box<dyn Error>> {
     let mut best = Duration::MAX;
     for _ in 0..=ROUNDS {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        record(&mut encoder)?;
+        record(&mut Recorder::new(gpu, &mut encoder))?;
         let begun = Instant::now();
         gpu.queue.submit([encoder.finish()]);
         wait(gpu)?;
@@ -125,5 +125,5 @@ fn wall_time(gpu: &Gpu, n: u32, options: GpuSceneOptions) -> Result<Duration, Bo
     let size = UVec3::splat(256);
     let grid = grid_for_bounds(Vec3::ZERO, Vec3::splat(253.0), Resolution::Size(size), 6, None)?;
     let voxelizer = Voxelizer::new(gpu, &scene, grid)?;
-    time(gpu, |encoder| Ok(voxelizer.record(encoder, &scene, Triangles::All, None)?))
+    time(gpu, |recorder| Ok(voxelizer.record(recorder, &scene, Triangles::All)?))
 }

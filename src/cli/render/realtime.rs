@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `lucerna render --technique …` for techniques that render frames.
 
 use super::{
@@ -6,13 +7,14 @@ use super::{
 use crate::cli::CommandResult;
 use crate::cli::progress::Meter;
 use clap::Args;
-use lucerna::blocking::{FramesToRender, Progress, read_film, render_frames_with};
-use lucerna::frame::{DirectPass, DirectSettings, FramePasses, Technique, ViewSettings};
+use lucerna::blocking::{
+    FramesToRender, LostGpu, Progress, read_film, read_stat, render_frames_with,
+};
+use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettings};
+use lucerna::frame::{DirectSettings, FramePasses, ViewSettings};
 use lucerna::gpu::Gpu;
-use lucerna::gpu_scene::GpuScene;
-use lucerna::scene::Camera;
-use lucerna::shadow::{ShadowBinding, ShadowError, ShadowFiltering, ShadowMaps, ShadowSettings};
-use std::error::Error;
+use lucerna::settings;
+use lucerna::techniques::{Stat, Technique, TechniqueEntry};
 use std::sync::atomic::Ordering;
 
 /// What only techniques that render frames look at.
@@ -34,6 +36,9 @@ pub struct RealtimeArguments {
     /// With `--shadows pcf` or `pcss`: texels along a shadow map's side.
     #[arg(long, value_name = "TEXELS", default_value_t = ShadowSettings::default().resolution, value_parser = clap::value_parser!(u32).range(16..=16384))]
     shadow_size: u32,
+    /// Show something else of the technique than its light (--help of the technique lists them).
+    #[arg(long, value_name = "NAME")]
+    debug_view: Option<String>,
     /// With `--shadows pcss`: radius of point and spot lights [m].
     #[arg(long, value_name = "M", default_value_t = 0.1, value_parser = parse_radius)]
     light_radius: f32,
@@ -84,51 +89,45 @@ fn parse_near(text: &str) -> Result<f32, String> {
     }
 }
 
-/// Makes the shadows that a technique's cones cast.
-type ConeShadows<T> = fn(&Gpu, &T) -> Result<ShadowBinding, ShadowError>;
-
-/// Renders the frames with the technique that `make` returns, and writes what was asked for.
-///
-/// `make`: of the scene, the camera, and shadow maps where those were asked for. `cone_shadows`: of techniques that
-/// have them. `warn`: says what the technique had to leave out.
-pub fn render<T: Technique>(
-    arguments: &RenderArguments,
-    make: impl FnOnce(&Gpu, &GpuScene, &Camera, Option<&ShadowMaps>) -> Result<T, Box<dyn Error>>,
-    cone_shadows: Option<ConeShadows<T>>,
-    warn: impl FnOnce(&Gpu, &T) -> CommandResult,
-) -> CommandResult {
+/// Renders frames with the technique, and writes what was asked for.
+pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> CommandResult {
     let output = &arguments.output;
     let shadows = arguments.realtime.shadows;
-    if shadows == ShadowArgument::Cones && cone_shadows.is_none() {
-        return Err("--shadows cones needs --technique voxel-cone".into());
-    }
-    // Kernels with other shadows ask rays in software alone.
-    let software_rays = shadows != ShadowArgument::Rays;
+    let mut settings = arguments.settings.of(technique)?;
+    let has = |name: &str| technique.settings.iter().any(|setting| setting.name == name);
+    let (bounces, seed) = (arguments.bounces.map(|n| n.to_string()), output.seed.to_string());
+    settings.extend(bounces.as_deref().filter(|_| has("bounces")).map(|n| ("bounces", n)));
+    settings.extend(has("seed").then_some(("seed", seed.as_str())));
     let Ready { camera, size, gpu, info, rays, gpu_scene } =
-        prepare(&arguments.scene, &arguments.adapter, output, software_rays)?;
+        prepare(&arguments.scene, &arguments.adapter, output)?;
     let maps = match arguments.realtime.filtering() {
         Some(filtering) => {
-            let settings = ShadowSettings { resolution: arguments.realtime.shadow_size, filtering };
+            let settings = ShadowSettings::new(arguments.realtime.shadow_size, filtering);
             Some(ShadowMaps::new(&gpu, &gpu_scene, settings)?)
         }
         None => None,
     };
-    let mut technique = make(&gpu, &gpu_scene, &camera, maps.as_ref())?;
-    let binding = match (&maps, cone_shadows) {
-        (Some(maps), _) => Some(maps.binding(&gpu)),
-        (None, Some(of)) if shadows == ShadowArgument::Cones => Some(of(&gpu, &technique)?),
-        _ => None,
+    let of_voxels = maps.as_ref().map(ShadowMaps::visibility).unwrap_or_default();
+    let mut made = technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?;
+    for notice in made.notices() {
+        errln!("{}{}", if notice.is_warning { "warning: " } else { "" }, notice.text);
+    }
+    let visibility = match shadows {
+        ShadowArgument::Cones => made
+            .visibility()
+            .ok_or("--shadows cones needs a technique that has cones: voxel-cone")?,
+        _ => of_voxels,
     };
     let what = FramesToRender {
         size,
-        view: ViewSettings {
+        view: settings!(ViewSettings {
             n_accumulated: arguments.frames,
             seed: output.seed,
             near: arguments.realtime.near,
             irradiance: output.channel == ChannelArgument::Irradiance,
             occlusion_distance: output.occlusion_distance,
-        },
-        direct: DirectSettings {
+        }),
+        direct: settings!(DirectSettings {
             n_samples: arguments.realtime.light_samples,
             // What cones find they find by drawing lights.
             n_bsdf_samples: if shadows == ShadowArgument::Cones {
@@ -136,7 +135,7 @@ pub fn render<T: Technique>(
             } else {
                 DirectSettings::default().n_bsdf_samples
             },
-        },
+        }),
         n_warm_up: arguments.realtime.warm_up,
         timed: output.timings.is_some(),
     };
@@ -145,17 +144,16 @@ pub fn render<T: Technique>(
         errln!("compiling the kernels (some seconds; the driver keeps them for next time)");
     }
     let mut meter = Meter::new("rendering");
-    let mut passes = FramePasses::new(&gpu, &gpu_scene, size, what.direct)?;
-    if let Some(binding) = &binding {
-        passes.direct = DirectPass::with_shadows(&gpu, &gpu_scene, size, what.direct, binding)?;
-    }
+    let mut passes =
+        FramePasses::with_visibility(&gpu, &gpu_scene, size, what.direct, &visibility)?;
     passes.shadow_maps = maps;
+    passes.debug_view = arguments.realtime.debug_view.clone();
     let keep_going = |progress: Progress| {
         meter.show(progress.done, progress.total);
         !interrupted.load(Ordering::Relaxed)
     };
     let (passes, stats) =
-        render_frames_with(&gpu, &gpu_scene, &camera, &what, &mut technique, passes, keep_going)?;
+        render_frames_with(&gpu, &gpu_scene, &camera, &what, &mut *made, passes, keep_going)?;
     meter.finish();
     let sums = read_film(&gpu, passes.accumulator.film())?;
     let left_out: u64 = sums.iter().map(|pixel| u64::from(pixel.n_rejected)).sum();
@@ -172,8 +170,17 @@ pub fn render<T: Technique>(
             stats.n_frames
         );
     }
-    warn(&gpu, &technique)?;
-    write_picture(&sums, size, output)?;
+    let stats_of_technique = read_stats(&gpu, &*made)?;
+    for (stat, number) in &stats_of_technique {
+        if let Some(advice) = stat.fault.filter(|_| *number > 0) {
+            errln!("warning: {}: {number} {}; {advice}", stat.name, stat.unit);
+        }
+    }
+    let channel = match arguments.realtime.debug_view {
+        Some(_) => ChannelArgument::Indirect,
+        None => output.channel,
+    };
+    write_picture(&sums, size, output, channel)?;
     if let Some(file) = &output.timings {
         let passes = stats.passes.iter().map(|(name, time)| {
             let gpu_ms = time.as_secs_f64() * 1e3;
@@ -184,7 +191,15 @@ pub fn render<T: Technique>(
             })
         });
         let count = ("frames", stats.n_frames);
-        write_timings(file, &info, rays, count, stats.wall_time, passes.collect())?;
+        write_timings(
+            file,
+            &info,
+            rays,
+            count,
+            stats.wall_time,
+            passes.collect(),
+            &stats_of_technique,
+        )?;
     }
     if stats.stopped {
         errln!("stopped: {} of {} frames", stats.n_frames, arguments.frames);
@@ -192,4 +207,17 @@ pub fn render<T: Technique>(
     errln!("rendered in {:.2} s", stats.wall_time.as_secs_f64());
     outln!("{}", output.output.display())?;
     Ok(())
+}
+
+/// All numbers about a technique; of those that stand several times (a level each) the sum.
+fn read_stats(gpu: &Gpu, technique: &dyn Technique) -> Result<Vec<(Stat, u64)>, LostGpu> {
+    let mut out: Vec<(Stat, u64)> = Vec::new();
+    for stat in technique.stats() {
+        let number = read_stat(gpu, &stat)?;
+        match out.iter_mut().find(|(known, _)| known.name == stat.name) {
+            Some((_, sum)) => *sum += number,
+            None => out.push((stat, number)),
+        }
+    }
+    Ok(out)
 }

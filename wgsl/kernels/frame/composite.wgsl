@@ -6,11 +6,10 @@
 //! Dispatch: ceil(width/8) × ceil(rows/8) × 1 for each stripe of rows. Workgroup memory: none. Each invocation owns one pixel of `sums` and of `beauty`, so the
 //! same input gives the same bytes.
 
-#import lucerna::frame::gbuffer::{GBufferTexels, decode_gbuffer}
-#import lucerna::frame::view::FrameView
-#import lucerna::host::sky::sky_radiance
+#import lucerna::scene::pixel::{pixel_surface, view}
+#import lucerna::scene::sky::sky_radiance
 #import lucerna::math::float::all_finite
-#import lucerna::reference::path::PixelSums
+#import lucerna::frame::pixel_sums::PixelSums
 
 const WORKGROUP: u32 = 8u;
 
@@ -25,19 +24,14 @@ struct CompositeInfo {
     has_indirect: u32,
 }
 
-@group(1) @binding(0) var<uniform> view: FrameView;
-@group(1) @binding(1) var<uniform> info: CompositeInfo;
-@group(1) @binding(2) var albedo: texture_2d<f32>;
-@group(1) @binding(3) var normals: texture_2d<u32>;
-@group(1) @binding(4) var emission: texture_2d<f32>;
-@group(1) @binding(5) var depth: texture_depth_2d;
+@group(1) @binding(0) var<uniform> info: CompositeInfo;
 /// rgb: radiance [W·sr⁻¹·m⁻²], as all below.
-@group(1) @binding(6) var direct: texture_2d<f32>;
+@group(1) @binding(1) var direct: texture_2d<f32>;
 /// a: ambient occlusion, as openness.
-@group(1) @binding(7) var indirect: texture_2d<f32>;
-@group(1) @binding(8) var<storage, read_write> sums: array<PixelSums>;
+@group(1) @binding(2) var indirect: texture_2d<f32>;
+@group(1) @binding(3) var<storage, read_write> sums: array<PixelSums>;
 /// Mean over the frames so far.
-@group(1) @binding(9) var beauty: texture_storage_2d<rgba32float, write>;
+@group(1) @binding(4) var beauty: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -45,13 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<u32>(id.x, info.first_row + id.y);
-    let texels = GBufferTexels(
-        textureLoad(albedo, pixel, 0),
-        textureLoad(normals, pixel, 0).xy,
-        textureLoad(emission, pixel, 0),
-        textureLoad(depth, pixel, 0),
-    );
-    let surface = decode_gbuffer(view, pixel, texels);
+    let surface = pixel_surface(pixel);
     let direct_light = textureLoad(direct, pixel, 0).rgb;
     let indirect_texel = textureLoad(indirect, pixel, 0);
     let indirect_light = indirect_texel.rgb * f32(info.has_indirect);
@@ -64,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     total.n_samples += 1u;
     var emitted = surface.emission;
     if surface.is_surface {
-        total.albedo += texels.albedo.rgb;
+        total.albedo += surface.albedo;
         total.normal += surface.shading_normal;
         total.depth += surface.depth;
         total.n_surfaces += 1u;

@@ -4,9 +4,8 @@
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Each invocation owns one
 //! pixel of `direct`.
 
-#import lucerna::frame::direct_light::{DirectSettings, direct_light}
-#import lucerna::frame::gbuffer::{GBufferTexels, decode_gbuffer}
-#import lucerna::frame::view::FrameView
+#import lucerna::scene::pixel::{pixel_surface, view}
+#import lucerna::integrators::direct_light::{DirectSettings, direct_light}
 #import lucerna::math::float::all_finite
 #import lucerna::math::loops::loops_run
 
@@ -20,15 +19,10 @@ struct DirectFaults {
     n_cut: atomic<u32>,
 }
 
-@group(1) @binding(0) var<uniform> view: FrameView;
-@group(1) @binding(1) var<uniform> settings: DirectSettings;
-@group(1) @binding(2) var albedo: texture_2d<f32>;
-@group(1) @binding(3) var normals: texture_2d<u32>;
-@group(1) @binding(4) var emission: texture_2d<f32>;
-@group(1) @binding(5) var depth: texture_depth_2d;
+@group(1) @binding(0) var<uniform> settings: DirectSettings;
 /// rgb: radiance [W·sr⁻¹·m⁻²]; 0 where there is no surface. a: 1 on surfaces.
-@group(1) @binding(6) var direct: texture_storage_2d<rgba32float, write>;
-@group(1) @binding(7) var<storage, read_write> faults: DirectFaults;
+@group(1) @binding(1) var direct: texture_storage_2d<rgba32float, write>;
+@group(1) @binding(2) var<storage, read_write> faults: DirectFaults;
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -36,13 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(pixel >= view.size) {
         return;
     }
-    let texels = GBufferTexels(
-        textureLoad(albedo, pixel, 0),
-        textureLoad(normals, pixel, 0).xy,
-        textureLoad(emission, pixel, 0),
-        textureLoad(depth, pixel, 0),
-    );
-    let surface = decode_gbuffer(view, pixel, texels);
+    let surface = pixel_surface(pixel);
     var light = vec3<f32>(0.0);
     if surface.is_surface {
         light = direct_light(surface, settings, vec3<u32>(pixel, view.seed), view.frame);

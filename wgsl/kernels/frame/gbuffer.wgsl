@@ -9,8 +9,8 @@
 #import lucerna::frame::pixel_on_triangle::pixel_on_triangle
 #import lucerna::frame::view::{FrameView, clip_position, sampled_point, motion_at, view_direction}
 #import lucerna::geometry::barycentric::interpolate_vec3
-#import lucerna::host::scene::{triangles, TRIANGLE_ALPHA_TESTED}
-#import lucerna::host::surface::{filtered_surface_at, is_cut_away, seen_from}
+#import lucerna::scene::triangles::{triangle_corners, triangle_is_masked}
+#import lucerna::scene::surface::{filtered_surface_at, is_cut_away, seen_from}
 
 @group(1) @binding(0) var<uniform> view: FrameView;
 
@@ -21,11 +21,11 @@ struct Corner {
 
 @vertex
 fn corner(@builtin(vertex_index) vertex_ix: u32) -> Corner {
-    let triangle = triangles[vertex_ix / 3u];
+    let triangle = triangle_corners(vertex_ix / 3u);
     let corner_ix = vertex_ix % 3u;
     let position = select(
-        select(triangle.corner_c, triangle.corner_b, corner_ix == 1u),
-        triangle.corner_a,
+        select(triangle.c, triangle.b, corner_ix == 1u),
+        triangle.a,
         corner_ix == 0u,
     );
     return Corner(clip_position(view, position), vertex_ix / 3u);
@@ -43,13 +43,11 @@ struct Texels {
 fn surface(in: Corner) -> Texels {
     let pixel = vec2<u32>(in.position.xy);
     let point = sampled_point(view, pixel);
-    let a = triangles[in.triangle].corner_a;
-    let b = triangles[in.triangle].corner_b;
-    let c = triangles[in.triangle].corner_c;
-    let at = pixel_on_triangle(view.camera, point, vec2<f32>(view.size), a, b, c);
-    let position = interpolate_vec3(a, b, c, at.weights);
+    let corners = triangle_corners(in.triangle);
+    let at = pixel_on_triangle(view.camera, point, vec2<f32>(view.size), corners.a, corners.b, corners.c);
+    let position = interpolate_vec3(corners.a, corners.b, corners.c, at.weights);
     let depth = dot(position - view.camera.position, view.camera.forward);
-    let is_masked = (triangles[in.triangle].flags & TRIANGLE_ALPHA_TESTED) != 0u;
+    let is_masked = triangle_is_masked(in.triangle);
     if depth < view.near || (is_masked && is_cut_away(in.triangle, at.weights)) {
         discard;
     }

@@ -9,7 +9,8 @@
 //! `progress`: dispatch again with `continues` until `n_unfinished` stays 0.
 
 #import lucerna::camera::primary_ray::Camera
-#import lucerna::reference::path::{Path, PathSettings, PixelSums, first_path, trace_pixel}
+#import lucerna::frame::pixel_sums::PixelSums
+#import lucerna::integrators::path::{Path, PathSettings, first_path, trace_pixel}
 
 const WORKGROUP: u32 = 8u;
 

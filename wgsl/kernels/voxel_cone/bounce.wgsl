@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Reflects light between voxels once more: cones from the voxels' faces gather what the pyramid holds.
 //!
-//! What a face gathers becomes its `feedback` (`voxel_rt::cache`), which `voxel_rt/publish` and
-//! `voxel_cone/fill` bring into the pyramid: each round adds a bounce. A face's turn comes in one frame of `period`.
+//! What a face gathers becomes its `feedback` (`voxel_rt::cache`), which `voxel_light/publish` and
+//! `voxel_pyramid/fill` bring into the pyramid: each round adds a bounce. A face's turn comes in one frame of `period`.
 //!
 //! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record: the
@@ -15,10 +15,10 @@
 #import lucerna::math::float::all_finite
 #import lucerna::math::loops::loops_run
 #import lucerna::sampling::pcg::pcg
-#import lucerna::voxel::attributes::{decode_face, record_is_valid}
-#import lucerna::voxel::grid::{face_normal, unpack_cell, world_from_grid}
-#import lucerna::voxel::levels::{VoxelLevels, slot_word}
-#import lucerna::voxel_rt::cache::{FaceFaults, FaceLight, hit_depth}
+#import lucerna::components::voxels::attributes::{decode_face, record_is_valid}
+#import lucerna::components::voxels::grid::{face_normal, unpack_cell, world_from_grid}
+#import lucerna::components::voxels::levels::{VoxelLevels, slot_word}
+#import lucerna::components::voxel_light::cache::{FaceFaults, FaceLight, hit_depth}
 
 const WORKGROUP: u32 = 64u;
 

@@ -8,12 +8,11 @@
 //!
 //! Workgroup memory: none. Each invocation owns a texel of `open`.
 
+#import lucerna::scene::pixel::{pixel_surface, view}
 #import lucerna::cone::cone_set::{drawn_cone_of_set, set_spread}
-#import lucerna::cone::depth_cone::depth_openness
+#import lucerna::integrators::depth_openness::depth_openness
 #import lucerna::cone::march::{Cone, cells_across, spread_of_ggx}
-#import lucerna::cone::pyramid::{PyramidLayout, pyramid_weight}
-#import lucerna::frame::gbuffer::{GBufferSurface, GBufferTexels, decode_gbuffer}
-#import lucerna::frame::view::FrameView
+#import lucerna::components::voxel_pyramid::layout::{PyramidLayout, pyramid_weight}
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::pcg::{pcg, pcg3d, unit_float}
@@ -31,16 +30,11 @@ struct OcclusionInfo {
     reserved_b: u32,
 }
 
-@group(1) @binding(0) var<uniform> view: FrameView;
-@group(1) @binding(1) var<uniform> info: OcclusionInfo;
-@group(1) @binding(2) var albedo_texture: texture_2d<f32>;
-@group(1) @binding(3) var normal_texture: texture_2d<u32>;
-@group(1) @binding(4) var emission_texture: texture_2d<f32>;
-@group(1) @binding(5) var depth_texture: texture_depth_2d;
+@group(1) @binding(0) var<uniform> info: OcclusionInfo;
 /// r: share that is open, of the hemisphere weighted by the cosine.
-@group(1) @binding(6) var open: texture_storage_2d<rgba8unorm, write>;
+@group(1) @binding(1) var open: texture_storage_2d<rgba8unorm, write>;
 
-@group(1) @binding(7) var<uniform> pyramid: PyramidLayout;
+@group(1) @binding(2) var<uniform> pyramid: PyramidLayout;
 
 /// Where voxel cones begin over a surface point [m].
 fn reach_at(position: vec3<f32>, normal: vec3<f32>) -> f32 {
@@ -54,24 +48,13 @@ fn reach_at(position: vec3<f32>, normal: vec3<f32>) -> f32 {
     return info.start_cells * cell * cells_across(normal);
 }
 
-/// What stands in a pixel.
-fn surface_of(pixel: vec2<u32>) -> GBufferSurface {
-    let texels = GBufferTexels(
-        textureLoad(albedo_texture, pixel, 0),
-        textureLoad(normal_texture, pixel, 0).xy,
-        textureLoad(emission_texture, pixel, 0),
-        textureLoad(depth_texture, pixel, 0),
-    );
-    return decode_gbuffer(view, pixel, texels);
-}
-
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn diffuse(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = min(2u * id.xy, view.size - 1u);
     if any(2u * id.xy >= view.size) {
         return;
     }
-    let surface = surface_of(pixel);
+    let surface = pixel_surface(pixel);
     var sum = 1.0;
     if surface.is_surface {
         let basis = frame_from_normal(surface.shading_normal);
@@ -88,7 +71,7 @@ fn diffuse(@builtin(global_invocation_id) id: vec3<u32>) {
             if rise > 0.0 {
                 let spread = set_spread(N_CONES);
                 let cone = Cone(surface.position, spread, direction, reach / max(rise, 0.3), normal, 0.0);
-                sum += member.weight * depth_openness(view, depth_texture, cone, jitter);
+                sum += member.weight * depth_openness(cone, jitter);
                 weights += member.weight;
             }
         }
@@ -103,7 +86,7 @@ fn specular(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= view.size) {
         return;
     }
-    let surface = surface_of(id.xy);
+    let surface = pixel_surface(id.xy);
     var found = 1.0;
     if surface.is_surface && !surface.lambert {
         let direction = reflect(-surface.to_viewer, surface.shading_normal);
@@ -115,7 +98,7 @@ fn specular(@builtin(global_invocation_id) id: vec3<u32>) {
             let reach = reach_at(surface.position, normal) / max(rise, 0.3);
             let cone = Cone(surface.position, spread, direction, reach, normal, 0.0);
             let jitter = unit_float(pcg(pcg3d(vec3<u32>(id.xy, view.seed)).z + view.frame));
-            found = depth_openness(view, depth_texture, cone, jitter);
+            found = depth_openness(cone, jitter);
         }
     }
     textureStore(open, id.xy, vec4<f32>(found, 0.0, 0.0, 0.0));

@@ -4,9 +4,9 @@
 //!
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Each invocation owns a texel of `occlusion`.
 
-#import lucerna::frame::gbuffer::{GBufferSurface, GBufferTexels, decode_gbuffer}
+#import lucerna::frame::gbuffer::GBufferSurface
+#import lucerna::scene::pixel::{pixel_surface, view}
 #import lucerna::frame::upscale::{gaussian_weight, surface_weight}
-#import lucerna::frame::view::FrameView
 
 const WORKGROUP: u32 = 8u;
 /// Pixels to either side of the filter, and its standard deviation.
@@ -20,32 +20,19 @@ struct ResolveInfo {
     reserved_b: u32,
 }
 
-@group(1) @binding(0) var<uniform> view: FrameView;
-@group(1) @binding(1) var<uniform> info: ResolveInfo;
-@group(1) @binding(2) var normal_texture: texture_2d<u32>;
-@group(1) @binding(3) var depth_texture: texture_depth_2d;
+@group(1) @binding(0) var<uniform> info: ResolveInfo;
 /// Of every second pixel of every second row.
-@group(1) @binding(4) var diffuse_open: texture_2d<f32>;
-@group(1) @binding(5) var specular_open: texture_2d<f32>;
+@group(1) @binding(1) var diffuse_open: texture_2d<f32>;
+@group(1) @binding(2) var specular_open: texture_2d<f32>;
 /// r: diffuse, g: specular, as openness.
-@group(1) @binding(6) var occlusion: texture_storage_2d<rgba8unorm, write>;
-
-fn surface_of(pixel: vec2<u32>) -> GBufferSurface {
-    let texels = GBufferTexels(
-        vec4<f32>(0.0),
-        textureLoad(normal_texture, pixel, 0).xy,
-        vec4<f32>(0.0),
-        textureLoad(depth_texture, pixel, 0),
-    );
-    return decode_gbuffer(view, pixel, texels);
-}
+@group(1) @binding(3) var occlusion: texture_storage_2d<rgba8unorm, write>;
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= view.size) {
         return;
     }
-    let surface = surface_of(id.xy);
+    let surface = pixel_surface(id.xy);
     var open = vec2<f32>(1.0);
     if surface.is_surface {
         if info.has_diffuse != 0u {
@@ -68,7 +55,7 @@ fn upscaled(pixel: vec2<u32>, surface: GBufferSurface) -> f32 {
     for (var ix = 0u; ix < 4u; ix++) {
         let corner = vec2<u32>(ix & 1u, ix >> 1u);
         let texel = min(base + corner, size - 1u);
-        let other = surface_of(min(2u * texel, view.size - 1u));
+        let other = pixel_surface(min(2u * texel, view.size - 1u));
         if other.is_surface {
             let bilinear = select(1.0 - share, share, corner != vec2<u32>(0u));
             // (A little of the nearest one, where no surface is alike.)
@@ -96,7 +83,7 @@ fn filtered(pixel: vec2<u32>, surface: GBufferSurface) -> f32 {
             if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(view.size)) {
                 continue;
             }
-            let other = surface_of(vec2<u32>(at));
+            let other = pixel_surface(vec2<u32>(at));
             if other.is_surface {
                 let alike = surface_weight(
                     other.position - surface.position,

@@ -4,6 +4,8 @@
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Cost: n_cones cones a pixel, and one more for
 //! what is not Lambert. Each invocation owns its pixel.
 
+#import lucerna::frame::gbuffer::GBufferSurface
+#import lucerna::scene::pixel::{pixel_surface, view}
 #import lucerna::bsdf::directional_albedo::{diffuse_albedo, directional_albedo}
 #import lucerna::bsdf::fresnel::schlick_fresnel
 #import lucerna::bsdf::ggx::{ggx_distribution, ggx_visibility, pdf_ggx_reflection, sample_ggx_visible_normal}
@@ -11,8 +13,6 @@
 #import lucerna::cone::march::{Cone, ConeSettings, cells_across, spread_of_ggx}
 #import lucerna::fields::cone_gather::{Gathered, gather_cones}
 #import lucerna::fields::cone_trace::{finest_cell, trace_cone}
-#import lucerna::frame::gbuffer::{GBufferSurface, GBufferTexels, decode_gbuffer}
-#import lucerna::frame::view::FrameView
 #import lucerna::math::constants::{FLOAT_MAX, INV_PI}
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::math::loops::loops_run
@@ -36,29 +36,18 @@ struct ShadeInfo {
     has_occlusion: u32,
 }
 
-@group(1) @binding(0) var<uniform> view: FrameView;
-@group(1) @binding(1) var albedo_texture: texture_2d<f32>;
-@group(1) @binding(2) var normal_texture: texture_2d<u32>;
-@group(1) @binding(3) var emission_texture: texture_2d<f32>;
-@group(1) @binding(4) var depth_texture: texture_depth_2d;
-@group(1) @binding(5) var<uniform> info: ShadeInfo;
-@group(1) @binding(6) var occlusion: texture_2d<f32>;
+@group(1) @binding(0) var<uniform> info: ShadeInfo;
+@group(1) @binding(1) var occlusion: texture_2d<f32>;
 /// rgb: radiance [W·sr⁻¹·m⁻²]; a: cosine-weighted share of the hemisphere that is open as far as
 /// `view.occlusion_distance`.
-@group(1) @binding(7) var indirect: texture_storage_2d<rgba32float, write>;
+@group(1) @binding(2) var indirect: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= view.size) {
         return;
     }
-    let texels = GBufferTexels(
-        textureLoad(albedo_texture, id.xy, 0),
-        textureLoad(normal_texture, id.xy, 0).xy,
-        textureLoad(emission_texture, id.xy, 0),
-        textureLoad(depth_texture, id.xy, 0),
-    );
-    let surface = decode_gbuffer(view, id.xy, texels);
+    let surface = pixel_surface(id.xy);
     var out = vec4<f32>(0.0, 0.0, 0.0, 1.0);
     if surface.is_surface {
         var open = vec2<f32>(1.0);

@@ -4,51 +4,60 @@
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Cost: a look-up a pixel,
 //! whatever was traced into the voxels.
 
+#import lucerna::scene::pixel::{pixel_surface, view}
 #import lucerna::bsdf::directional_albedo::directional_albedo
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
-#import lucerna::fields::voxel_light::irradiance_at
-#import lucerna::frame::gbuffer::{GBufferSurface, GBufferTexels, decode_gbuffer}
-#import lucerna::frame::view::FrameView
+#import lucerna::fields::voxel_light::{cell_at, irradiance_at}
 #import lucerna::math::constants::INV_PI
+#import lucerna::sampling::pcg::pcg3d
+
 const WORKGROUP: u32 = 8u;
+
+/// What is shown: reflected radiance; or, to look at the voxels, irradiance, cells or levels.
+const SHOWN_LIGHT: u32 = 0u;
+const SHOWN_IRRADIANCE: u32 = 1u;
+const SHOWN_CELLS: u32 = 2u;
+const SHOWN_LEVELS: u32 = 3u;
+
 struct ShadeInfo {
     /// A LOOKUP_ constant of `fields::voxel_light`.
     lookup: u32,
+    /// A SHOWN_ constant.
+    shown: u32,
     reserved_a: u32,
     reserved_b: u32,
-    reserved_c: u32,
 }
 
-@group(1) @binding(0) var<uniform> view: FrameView;
-@group(1) @binding(1) var albedo_texture: texture_2d<f32>;
-@group(1) @binding(2) var normal_texture: texture_2d<u32>;
-@group(1) @binding(3) var emission_texture: texture_2d<f32>;
-@group(1) @binding(4) var depth_texture: texture_depth_2d;
-@group(1) @binding(5) var<uniform> info: ShadeInfo;
-/// rgb: radiance [W·sr⁻¹·m⁻²].
-@group(1) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
+@group(1) @binding(0) var<uniform> info: ShadeInfo;
+/// rgb: radiance [W·sr⁻¹·m⁻²], or what is shown instead.
+@group(1) @binding(1) var indirect: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= view.size) {
         return;
     }
-    let texels = GBufferTexels(
-        textureLoad(albedo_texture, id.xy, 0),
-        textureLoad(normal_texture, id.xy, 0).xy,
-        textureLoad(emission_texture, id.xy, 0),
-        textureLoad(depth_texture, id.xy, 0),
-    );
-    let surface = decode_gbuffer(view, id.xy, texels);
+    let surface = pixel_surface(id.xy);
     var radiance = vec3<f32>(0.0);
-    if surface.is_surface {
+    if surface.is_surface && info.shown >= SHOWN_CELLS {
+        radiance = color_of_cell(cell_at(surface.position, surface.geometric_normal), info.shown);
+    } else if surface.is_surface {
         var albedo = surface.albedo;
         if !surface.lambert {
             let material = metallic_roughness(surface.albedo, surface.metallic, surface.roughness);
             albedo = directional_albedo(material, dot(surface.to_viewer, surface.shading_normal));
         }
         let irradiance = irradiance_at(surface.position, surface.shading_normal, info.lookup);
-        radiance = albedo * INV_PI * irradiance;
+        radiance = select(albedo * INV_PI * irradiance, irradiance, info.shown == SHOWN_IRRADIANCE);
     }
     textureStore(indirect, id.xy, vec4<f32>(radiance, 1.0));
+}
+
+/// A colour that neighbours do not share, or the level's.
+fn color_of_cell(cell: vec4<u32>, shown: u32) -> vec3<f32> {
+    if shown == SHOWN_LEVELS {
+        let bits = array<u32, 6>(1u, 2u, 4u, 3u, 5u, 6u)[min(cell.w, 5u)];
+        return vec3<f32>((vec3<u32>(bits) >> vec3<u32>(0u, 1u, 2u)) & vec3<u32>(1u));
+    }
+    return vec3<f32>(pcg3d(cell.xyz + 1024u * cell.w) >> vec3<u32>(8u)) / 16777216.0;
 }

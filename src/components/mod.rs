@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What several techniques are built from. A component keeps something on the GPU, brings it up to date, and offers it to
+//! kernels that look it up (`wgsl/fields/`).
+//!
+//! | component | keeps |
+//! |---|---|
+//! | [`voxels`] | which cells of a grid surfaces meet, and what they look like there |
+//! | [`voxel_light`] | irradiance of the voxels' faces, in nested grids around the eye |
+//! | [`voxel_pyramid`] | light and opacity of ever coarser voxels, for cones |
+//! | [`shadow_maps`] | what lights see |
+
+pub mod shadow_maps;
+pub mod voxel_light;
+pub mod voxel_pyramid;
+pub mod voxels;
+
+mod visibility;
+
+pub use visibility::LightVisibility;

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The cache's buffers.
+
+use super::FaceLight;
+use crate::bindings::lucerna::components::voxels::levels::VoxelLevels;
+use crate::gpu::{Bindings, Gpu, GpuError, buffer, storage_buffer};
+
+/// Everything that the technique keeps between frames, of all levels together.
+#[derive(Debug)]
+pub struct CacheBuffers {
+    /// `VoxelLevels`, uniform.
+    pub levels: wgpu::Buffer,
+    /// Each level's count of voxels, and of those that found no room: uniform, 16 bytes.
+    pub counts: Vec<wgpu::Buffer>,
+    /// Of each level the bricks' words, then a packed cell and its walls for each slot.
+    pub structure: wgpu::Buffer,
+    /// `structure` as it was before something moved.
+    pub structure_before: wgpu::Buffer,
+    /// `array<FaceLight>`: of each level, slot · faces + face.
+    pub lights: wgpu::Buffer,
+    /// `lights` as they were before something moved.
+    pub lights_before: wgpu::Buffer,
+    /// What bounces see, `array<vec4<f32>>` in the order of `lights`.
+    pub reflected: wgpu::Buffer,
+    /// What pictures see, likewise.
+    pub shown: wgpu::Buffer,
+    /// Two u32, counted over all frames: faces with light that was not finite, and faces of which samples are missing
+    /// because the driver ended loops early.
+    pub faults: wgpu::Buffer,
+}
+
+impl CacheBuffers {
+    /// Buffers with room for so many words of structure and records of light.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`]: one is larger than the device binds.
+    pub fn new(
+        gpu: &Gpu,
+        layout: &VoxelLevels,
+        n_words: u32,
+        n_records: u32,
+    ) -> Result<Self, GpuError> {
+        let copied = wgpu::BufferUsages::COPY_DST;
+        let uniform = wgpu::BufferUsages::UNIFORM | copied;
+        let storage = |what, n: u32, bytes: usize| {
+            let advice = "use a lower resolution, fewer levels, or an isotropic grid";
+            storage_buffer(gpu, what, u64::from(n) * bytes as u64, copied, advice)
+        };
+        let levels = buffer(gpu, "voxel levels", size_of::<VoxelLevels>() as u64, uniform);
+        gpu.queue.write_buffer(&levels, 0, bytemuck::bytes_of(layout));
+        Ok(Self {
+            levels,
+            counts: (0..layout.n_levels)
+                .map(|_| buffer(gpu, "voxel counts", 16, uniform | wgpu::BufferUsages::COPY_SRC))
+                .collect(),
+            structure: storage("voxel structure", n_words, 8)?,
+            structure_before: storage("former voxel structure", n_words, 8)?,
+            lights: storage("light of voxels", n_records, size_of::<FaceLight>())?,
+            lights_before: storage("former light of voxels", n_records, size_of::<FaceLight>())?,
+            reflected: storage("reflected light of voxels", n_records, 16)?,
+            shown: storage("shown light of voxels", n_records, 16)?,
+            faults: storage("faults of faces", 2, 4)?,
+        })
+    }
+
+    /// What kernels bind that look light up (`fields::voxel_light`): `reflected` or `shown`.
+    pub fn field<'a>(&'a self, light: &'a wgpu::Buffer) -> Bindings<'a> {
+        vec![
+            ("levels", (&self.levels).into()),
+            ("structure", (&self.structure).into()),
+            ("face_light", light.into()),
+        ]
+    }
+}

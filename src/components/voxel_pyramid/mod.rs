@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Prefiltered voxels: light that leaves the voxels' faces, and how opaque they are, in ever coarser cells. Cones that grow as
+//! they go read it (`wgsl/fields/cone_trace.wgsl`).
+//!
+//! ```text
+//! VoxelLight (irradiance of faces) ──▶ PeakPass ──▶ FillPass ──▶ PrefilterPass ──▶ fields::voxel_pyramid
+//! VoxelAttributes (albedo, opacity) ───────────────────▲
+//! ```
+
+mod fill;
+mod peak;
+mod pyramid;
+mod settings;
+mod trace;
+
+pub use fill::{FillInfo, FillPass, PrefilterPass};
+pub use peak::PeakPass;
+pub use pyramid::{Pyramid, PyramidLayout, PyramidLevel, PyramidMip};
+pub use settings::{ConeStepping, FaceWeights, PyramidStorage};
+pub use trace::{Cone, ConeResult, TracePass};

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Where a grid's cells stand.
+
+use crate::bindings::lucerna::components::voxels::grid as wgsl;
+use crate::gpu::GpuError;
+use glam::{UVec3, Vec3};
+
+pub use wgsl::VoxelGrid;
+
+/// Cells of a brick along each axis: `BRICK` in `wgsl/components/voxels/bricks.wgsl` (a vector, which the
+/// generated bindings leave out; `voxelize::bricks_are_the_shaders` compares them).
+pub const BRICK: UVec3 = UVec3::new(4, 4, 2);
+
+/// The most cells along an axis.
+pub const MAX_SIZE: u32 = 256;
+
+/// Cells between the scene's box and the grid's border.
+const MARGIN: f32 = 1.5;
+
+/// How far the scene's middle stands from the grid's [cells], so that walls at even distances do not
+/// fall on borders of cells; no small multiples of each other.
+const OFFSET: Vec3 = Vec3::new(0.1370, 0.2113, 0.1771);
+
+/// What every binding of baseline WebGPU holds \[bytes\].
+pub const MAX_BINDING: u64 = 128 << 20;
+
+/// How fine a grid is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resolution {
+    /// Cells along the longest axis, margin included; the other axes take what they need.
+    Longest(u32),
+    /// Cells along each axis.
+    Size(UVec3),
+}
+
+/// A grid that cannot be.
+#[derive(Debug, thiserror::Error)]
+pub enum VoxelError {
+    /// A size is 0 or too large.
+    #[error("a grid of {} x {} x {} cells: each axis takes 1 to 256", .0.x, .0.y, .0.z)]
+    Size(UVec3),
+    /// Neither 1 nor 6.
+    #[error("{0} faces a voxel: 1 (isotropic) and 6 (anisotropic) are possible")]
+    Faces(u32),
+    /// Bounds that are not finite or the wrong way round.
+    #[error("bounds {min} to {max} are no box")]
+    Bounds {
+        /// Minimum corner \[m\].
+        min: Vec3,
+        /// Maximum corner \[m\].
+        max: Vec3,
+    },
+    /// Cells that f32 cannot tell apart.
+    #[error(
+        "cells of {cell} m at {far} m from the origin are finer than 32-bit floats; use fewer cells or move the scene to the origin"
+    )]
+    TooFine {
+        /// Edge of a cell \[m\].
+        cell: f32,
+        /// The largest coordinate \[m\].
+        far: f32,
+    },
+    /// Room for no voxel, or for more than a binding of 128 MiB holds.
+    #[error(
+        "a capacity of {capacity} voxels: from 1 to {limit} are possible with {n_faces} faces a voxel, so that no binding is above 128 MiB (134217728 bytes)"
+    )]
+    Capacity {
+        /// What was asked for.
+        capacity: u32,
+        /// The most there may be.
+        limit: u32,
+        /// Faces a voxel.
+        n_faces: u32,
+    },
+    /// The scene is not what the voxelizer was made for.
+    #[error(transparent)]
+    OtherScene(#[from] crate::seam::SceneMismatch),
+    /// A limit of the device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
+/// Bytes of a record of attributes, for a voxel's face.
+pub const RECORD_BYTES: u64 = 16;
+
+/// The most voxels whose structure and attributes fit bindings of 128 MiB.
+pub fn capacity_limit(bricks: UVec3, n_faces: u32) -> u32 {
+    let records = MAX_BINDING / (RECORD_BYTES * u64::from(n_faces.max(1)));
+    let entries = MAX_BINDING / 8;
+    let n_bricks = u64::from(bricks.x) * u64::from(bricks.y) * u64::from(bricks.z);
+    records.min(entries.saturating_sub(n_bricks)) as u32
+}
+
+/// A grid around a box, with a margin of 1.5 cells (a quarter of the axis where it has less than 6
+/// cells): no surface of the box lies on the grid's border.
+///
+/// `min`, `max` \[m\]: the scene's box, as of [`GpuScene::bounds`](crate::gpu_scene::GpuScene::bounds);
+/// it may be flat or a point. `n_faces`: 1 or 6. `capacity`: how many voxels there is room for;
+/// None: all cells, but at most 16 times the cells of the grid's largest side and what a binding of
+/// 128 MiB holds.
+///
+/// # Errors
+/// [`VoxelError`] other than `OtherScene` and `Gpu`.
+pub fn grid_for_bounds(
+    min: Vec3,
+    max: Vec3,
+    resolution: Resolution,
+    n_faces: u32,
+    capacity: Option<u32>,
+) -> Result<VoxelGrid, VoxelError> {
+    // Not `min > max`: NaN is no box either.
+    if !(min.is_finite() && max.is_finite() && min.cmple(max).all() && (max - min).is_finite()) {
+        return Err(VoxelError::Bounds { min, max });
+    }
+    if n_faces != 1 && n_faces != 6 {
+        return Err(VoxelError::Faces(n_faces));
+    }
+    let valid = |size: UVec3| size.min_element() >= 1 && size.max_element() <= MAX_SIZE;
+    let extent = max - min;
+    let inner = |n: u32| n as f32 - 2.0 * MARGIN.min(n as f32 / 4.0);
+    let (size, cell) = match resolution {
+        Resolution::Longest(n) => {
+            if !valid(UVec3::splat(n)) {
+                return Err(VoxelError::Size(UVec3::splat(n)));
+            }
+            let longest = extent.max_element();
+            let cell = if longest > 0.0 { longest / inner(n) } else { 1.0 };
+            let margin = n as f32 - inner(n);
+            let cells = (extent / cell + margin).ceil().as_uvec3();
+            (cells.clamp(UVec3::ONE, UVec3::splat(n)), cell)
+        }
+        Resolution::Size(size) => {
+            if !valid(size) {
+                return Err(VoxelError::Size(size));
+            }
+            let room = Vec3::from_array(size.to_array().map(inner));
+            let cell = (extent / room).max_element();
+            (size, if cell > 0.0 { cell } else { 1.0 })
+        }
+    };
+    // Below, neighbouring cells and points within them are the same number.
+    let far = min.abs().max(max.abs()).max_element();
+    if !(cell >= 64.0 * f32::EPSILON * far && (1e-18..=1e15).contains(&cell)) {
+        return Err(VoxelError::TooFine { cell, far });
+    }
+    let bricks = (size + BRICK - 1) / BRICK;
+    let limit = capacity_limit(bricks, n_faces);
+    let n_cells = size.element_product();
+    let largest_side = (size.x * size.y).max(size.y * size.z).max(size.z * size.x);
+    let capacity = capacity.unwrap_or(n_cells.min(16 * largest_side).min(limit));
+    if capacity == 0 || capacity > limit {
+        return Err(VoxelError::Capacity { capacity, limit, n_faces });
+    }
+    let center = min + 0.5 * extent;
+    let origin = center - (0.5 * size.as_vec3() - OFFSET) * cell;
+    Ok(VoxelGrid { origin, cell, size, n_faces, bricks, capacity })
+}
+
+/// Bricks of a grid.
+pub fn n_bricks(grid: &VoxelGrid) -> u32 {
+    grid.bricks.element_product()
+}

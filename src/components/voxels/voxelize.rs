@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Occupancy: the kernels `voxels/count_work`, `work_groups`, `mark`, `count_bricks` and
+//! `write_structure`.
+
+use super::ADVICE;
+use super::grid::{VoxelError, VoxelGrid, n_bricks};
+use super::scan::{Scan, ScanPlan};
+use crate::bindings::kernels::voxels::count_work;
+use crate::gpu::{
+    ComputeKernel, ComputeRecorder, Dispatch, Gpu, GpuError, Recorder, Shaders, storage_buffer,
+};
+use crate::seam::{SceneMismatch, SceneSeam, check_shaders};
+use glam::UVec3;
+
+pub use crate::bindings::lucerna::components::voxels::counts::VoxelCounts;
+
+/// Byte in [`Voxelizer::counts`] of the dispatch with an invocation a voxel.
+pub const VOXEL_GROUPS_OFFSET: u64 = std::mem::offset_of!(VoxelCounts, voxel_groups) as u64;
+/// Byte in [`Voxelizer::counts`] of the dispatch with an invocation a record.
+pub const RECORD_GROUPS_OFFSET: u64 = std::mem::offset_of!(VoxelCounts, record_groups) as u64;
+
+/// Which triangles are voxelized; the grid then holds them and those voxelized earlier of the other
+/// kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Triangles {
+    /// All, moving or not; nothing is kept.
+    All,
+    /// Those that do not move; the moving ones' voxels are kept.
+    Static,
+    /// Those that move; the others' voxels are kept. What a frame does.
+    Moving,
+}
+
+impl From<Triangles> for count_work::TriangleSet {
+    fn from(triangles: Triangles) -> Self {
+        let which = match triangles {
+            Triangles::All => count_work::SET_ALL,
+            Triangles::Static => count_work::SET_STATIC,
+            Triangles::Moving => count_work::SET_MOVING,
+        };
+        Self { which }
+    }
+}
+
+/// Cuts a set of triangles into pieces of work.
+#[derive(Debug)]
+pub(super) struct Work {
+    count: ComputeKernel,
+    groups: ComputeKernel,
+    scan: Scan,
+    plan: ScanPlan,
+    first: wgpu::Buffer,
+    indirect: wgpu::Buffer,
+    n_triangles: u32,
+    shaders: Shaders,
+}
+
+impl Work {
+    fn new(gpu: &Gpu, scene: &dyn SceneSeam) -> Result<Self, GpuError> {
+        let n_triangles = scene.facts().n_triangles;
+        let n = n_triangles + 1;
+        let none = wgpu::BufferUsages::empty();
+        let first = storage_buffer(gpu, "voxelizer's work", u64::from(n) * 4, none, ADVICE)?;
+        let indirect =
+            storage_buffer(gpu, "voxelizer's dispatch", 16, wgpu::BufferUsages::INDIRECT, ADVICE)?;
+        let scan = Scan::new(gpu);
+        let plan = scan.plan(gpu, &first, n)?;
+        let kernel = |name| ComputeKernel::new(gpu, scene.shaders(), Some(scene.group()), name);
+        Ok(Self {
+            count: kernel("voxels/count_work"),
+            groups: kernel("voxels/work_groups"),
+            scan,
+            plan,
+            first,
+            indirect,
+            n_triangles,
+            shaders: scene.shaders().clone(),
+        })
+    }
+
+    pub(super) fn check(&self, scene: &dyn SceneSeam) -> Result<(), SceneMismatch> {
+        check_shaders(&self.shaders, scene)?;
+        let (expected, found) = (self.n_triangles, scene.facts().n_triangles);
+        if expected == found { Ok(()) } else { Err(SceneMismatch::Triangles { expected, found }) }
+    }
+
+    pub(super) fn record(
+        &self,
+        pass: &mut ComputeRecorder,
+        scene: &dyn SceneSeam,
+        grid: &VoxelGrid,
+        triangles: Triangles,
+    ) {
+        let set: count_work::TriangleSet = triangles.into();
+        self.count
+            .call(pass)
+            .scene(scene.group())
+            .uniform("grid", grid)
+            .uniform("part", &set)
+            .bind("work", &self.first)
+            .dispatch(Dispatch::Items(self.n_triangles + 1));
+        self.scan.record(pass, &self.plan);
+        self.groups
+            .call(pass)
+            .scene(scene.group())
+            .bind("work", &self.first)
+            .bind("groups", &self.indirect)
+            .dispatch(Dispatch::Groups(UVec3::ONE));
+    }
+
+    /// The first piece of each triangle, and at the end how many there are.
+    pub(super) fn first(&self) -> &wgpu::Buffer {
+        &self.first
+    }
+
+    /// One invocation a piece.
+    pub(super) fn pieces(&self) -> Dispatch<'_> {
+        Dispatch::Indirect(&self.indirect, 0)
+    }
+}
+
+/// Fills a grid with the voxels of a scene.
+///
+/// | buffer | bytes |
+/// |---|---|
+/// | [`structure`](Self::structure) | 8 · (n_bricks + capacity) |
+/// | [`counts`](Self::counts) | 48 |
+/// | bits of static and moving triangles, slots before each brick | 3 × 4 · n_bricks |
+/// | pieces of work before each triangle | 4 · n_triangles |
+#[derive(Debug)]
+pub struct Voxelizer {
+    grid: VoxelGrid,
+    pub(super) work: Work,
+    mark: ComputeKernel,
+    count_bricks: ComputeKernel,
+    write_structure: ComputeKernel,
+    plan: ScanPlan,
+    bits_static: wgpu::Buffer,
+    bits_moving: wgpu::Buffer,
+    before: wgpu::Buffer,
+    structure: wgpu::Buffer,
+    counts: wgpu::Buffer,
+}
+
+impl Voxelizer {
+    /// Compiles the kernels and makes the buffers. `grid`: of
+    /// [`grid_for_bounds`](super::grid_for_bounds).
+    ///
+    /// # Errors
+    /// A buffer is larger than the device binds ([`VoxelError::Gpu`]).
+    pub fn new(gpu: &Gpu, scene: &dyn SceneSeam, grid: VoxelGrid) -> Result<Self, VoxelError> {
+        let none = wgpu::BufferUsages::empty();
+        let work = Work::new(gpu, scene)?;
+        let n = u64::from(n_bricks(&grid));
+        let bits = |what| storage_buffer(gpu, what, n * 4, wgpu::BufferUsages::COPY_DST, ADVICE);
+        let before = storage_buffer(gpu, "voxels before each brick", (n + 1) * 4, none, ADVICE)?;
+        let structure_bytes = 8 * (n + u64::from(grid.capacity));
+        let count_bytes = size_of::<VoxelCounts>() as u64;
+        let indirect = wgpu::BufferUsages::INDIRECT;
+        let plan = work.scan.plan(gpu, &before, n_bricks(&grid) + 1)?;
+        let kernel = |name| ComputeKernel::new(gpu, scene.shaders(), Some(scene.group()), name);
+        Ok(Self {
+            grid,
+            mark: kernel("voxels/mark"),
+            count_bricks: kernel("voxels/count_bricks"),
+            write_structure: kernel("voxels/write_structure"),
+            work,
+            plan,
+            bits_static: bits("bits of static triangles")?,
+            bits_moving: bits("bits of moving triangles")?,
+            before,
+            structure: storage_buffer(gpu, "voxel structure", structure_bytes, none, ADVICE)?,
+            counts: storage_buffer(gpu, "voxel counts", count_bytes, indirect, ADVICE)?,
+        })
+    }
+
+    /// Records voxelizing `triangles` and the structure of all voxels.
+    ///
+    /// # Errors
+    /// [`VoxelError::OtherScene`]; nothing is recorded then.
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &dyn SceneSeam,
+        triangles: Triangles,
+    ) -> Result<(), VoxelError> {
+        self.work.check(scene)?;
+        let (bits_static, bits_moving) = (&self.bits_static, &self.bits_moving);
+        let bits = if triangles == Triangles::Moving { bits_moving } else { bits_static };
+        if triangles == Triangles::All {
+            recorder.encoder().clear_buffer(bits_moving, 0, None);
+        }
+        recorder.encoder().clear_buffer(bits, 0, None);
+        let pass = &mut recorder.compute("voxels/voxelize");
+        self.work.record(pass, scene, &self.grid, triangles);
+        self.mark
+            .call(pass)
+            .scene(scene.group())
+            .uniform("grid", &self.grid)
+            .bind("work", self.work.first())
+            .bind("bits", bits)
+            .dispatch(self.work.pieces());
+        let n = Dispatch::Items(n_bricks(&self.grid) + 1);
+        self.count_bricks
+            .call(pass)
+            .uniform("grid", &self.grid)
+            .bind("bits_static", bits_static)
+            .bind("bits_moving", bits_moving)
+            .bind("n_voxels", &self.before)
+            .dispatch(n);
+        self.work.scan.record(pass, &self.plan);
+        self.write_structure
+            .call(pass)
+            .uniform("grid", &self.grid)
+            .bind("bits_static", bits_static)
+            .bind("bits_moving", bits_moving)
+            .bind("n_before", &self.before)
+            .bind("structure", &self.structure)
+            .bind("counts", &self.counts)
+            .dispatch(n);
+        Ok(())
+    }
+
+    /// Puts the grid somewhere else \[m\], before the next [`record`](Self::record) of all triangles.
+    pub fn move_to(&mut self, origin: glam::Vec3) {
+        self.grid.origin = origin;
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &VoxelGrid {
+        &self.grid
+    }
+
+    /// `array<vec2<u32>>`: for each brick its occupied bits and first slot, then `capacity` entries
+    /// (packed cell, 0), of which the first `n_voxels` are valid. See `wgsl/components/voxels/bricks.wgsl`.
+    pub fn structure(&self) -> &wgpu::Buffer {
+        &self.structure
+    }
+
+    /// One [`VoxelCounts`], also for indirect dispatches: see [`VOXEL_GROUPS_OFFSET`] and
+    /// [`RECORD_GROUPS_OFFSET`].
+    pub fn counts(&self) -> &wgpu::Buffer {
+        &self.counts
+    }
+}
+
+/// Counts the triangles of each cell; for tests and for choosing a grid.
+#[derive(Debug)]
+pub struct TriangleCounter {
+    grid: VoxelGrid,
+    work: Work,
+    count: ComputeKernel,
+    counts: wgpu::Buffer,
+}
+
+impl TriangleCounter {
+    /// Compiles the kernels and makes the buffers.
+    ///
+    /// # Errors
+    /// A buffer is larger than the device binds.
+    pub fn new(gpu: &Gpu, scene: &dyn SceneSeam, grid: VoxelGrid) -> Result<Self, VoxelError> {
+        let work = Work::new(gpu, scene)?;
+        let bytes = 4 * u64::from(grid.size.element_product());
+        let counts =
+            storage_buffer(gpu, "triangles of cells", bytes, wgpu::BufferUsages::COPY_DST, ADVICE)?;
+        let name = "voxels/count_triangles";
+        let count = ComputeKernel::new(gpu, scene.shaders(), Some(scene.group()), name);
+        Ok(Self { grid, work, count, counts })
+    }
+
+    /// Records counting.
+    ///
+    /// # Errors
+    /// [`VoxelError::OtherScene`]; nothing is recorded then.
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &dyn SceneSeam,
+        triangles: Triangles,
+    ) -> Result<(), VoxelError> {
+        self.work.check(scene)?;
+        recorder.encoder().clear_buffer(&self.counts, 0, None);
+        let pass = &mut recorder.compute(self.count.name());
+        self.work.record(pass, scene, &self.grid, triangles);
+        self.count
+            .call(pass)
+            .scene(scene.group())
+            .uniform("grid", &self.grid)
+            .bind("work", self.work.first())
+            .bind("counts", &self.counts)
+            .dispatch(self.work.pieces());
+        Ok(())
+    }
+
+    /// One u32 a cell, x fastest.
+    pub fn counts(&self) -> &wgpu::Buffer {
+        &self.counts
+    }
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Buffers and textures as the crate makes them.
+
+use super::{Gpu, GpuError};
+use glam::UVec2;
+
+/// A buffer of the device's own, zeroed.
+pub(crate) fn buffer(
+    gpu: &Gpu,
+    label: &'static str,
+    size: u64,
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size.next_multiple_of(4).max(16),
+        usage,
+        mapped_at_creation: false,
+    })
+}
+
+/// A storage buffer that can be copied from, zeroed. `usage`: what it is used for besides; `advice`: what
+/// to do where the device does not bind as much ([`GpuError::TooLarge`]).
+pub(crate) fn storage_buffer(
+    gpu: &Gpu,
+    what: &'static str,
+    bytes: u64,
+    usage: wgpu::BufferUsages,
+    advice: &'static str,
+) -> Result<wgpu::Buffer, GpuError> {
+    let limits = gpu.device.limits();
+    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if bytes > limit {
+        return Err(GpuError::TooLarge { what, bytes, limit, advice });
+    }
+    let usage = usage | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+    Ok(buffer(gpu, what, bytes, usage))
+}
+
+/// Size of a picture's texture.
+pub(crate) fn extent(size: UVec2) -> wgpu::Extent3d {
+    wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 }
+}
+
+/// A texture of a picture's size that kernels write and read.
+pub(crate) fn target(
+    gpu: &Gpu,
+    label: &str,
+    size: UVec2,
+    format: wgpu::TextureFormat,
+) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: extent(size),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A device to run kernels on, the caller's or one of our own choice, and recording on it.
+//!
+//! | to … | use |
+//! |---|---|
+//! | wrap a device that is there, or open one | [`Gpu`] |
+//! | record into an encoder | [`Recorder`] |
+//! | compile a kernel and call it | [`ComputeKernel`], [`RenderKernel`] |
+//! | say where kernels come from | [`Shaders`] |
+//! | time passes | [`PassTimers`] |
+
+mod buffers;
+mod kernel;
+mod recorder;
+mod timers;
+mod uniforms;
+
+use uniforms::UniformPool;
+
+use wgpu::{
+    Adapter, AdapterInfo, Backends, Device, DeviceDescriptor, DeviceType, ExperimentalFeatures,
+    Features, Instance, InstanceDescriptor, Limits, Queue,
+};
+
+pub use crate::modules::Shaders;
+pub(crate) use buffers::{buffer, extent, storage_buffer, target};
+pub(crate) use kernel::scene_layout;
+pub use kernel::{
+    Bindings, ComputeCall, ComputeKernel, Dispatch, OwnedResource, RenderKernel, RenderState,
+    Resource, SceneGroup,
+};
+pub use recorder::{ComputeRecorder, Recorder, RenderRecorder};
+pub use timers::PassTimers;
+
+/// A wgpu device with its queue and what it can do. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    /// The caller's device, or the one that [`Gpu::open`] made.
+    pub device: Device,
+    /// Its queue.
+    pub queue: Queue,
+    uniforms: UniformPool,
+}
+
+/// Which adapter to take.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// The best real GPU, else a software adapter.
+    #[default]
+    Auto,
+    /// A software adapter.
+    Software,
+    /// The first whose name contains this, whatever the case.
+    Named(String),
+}
+
+impl std::str::FromStr for AdapterChoice {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match text {
+            "auto" => Self::Auto,
+            "software" => Self::Software,
+            name => Self::Named(name.to_owned()),
+        })
+    }
+}
+
+/// No device could be had.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// The system has no adapter at all.
+    #[error(
+        "no GPU adapter found, not even a software one; install a Vulkan driver (on Debian: mesa-vulkan-drivers) and try again"
+    )]
+    NoAdapter,
+    /// None of the adapters fits.
+    #[error("no adapter matches `{wanted}`; there is {}", .found.join(", "))]
+    NoMatch {
+        /// What was asked for.
+        wanted: String,
+        /// Names of the adapters.
+        found: Vec<String>,
+    },
+    /// The adapter refused.
+    #[error("adapter `{adapter}` gives no device: {source}")]
+    Device {
+        /// The adapter's name.
+        adapter: String,
+        /// What wgpu says.
+        source: wgpu::RequestDeviceError,
+    },
+    /// A picture that is larger than the device's textures.
+    #[error(
+        "a picture of {width}×{height} pixels does not fit: this device's textures have at most {limit} a side; render it smaller"
+    )]
+    PictureTooLarge {
+        /// Pixels a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// `max_texture_dimension_2d` of the device.
+        limit: u32,
+    },
+    /// A 3-D texture with too long an edge.
+    #[error(
+        "{what} need {edge} texels along an edge, and this device's 3-D textures have at most {limit}; {advice}"
+    )]
+    VolumeTooLarge {
+        /// What the texture holds.
+        what: &'static str,
+        /// The longest edge \[texels\].
+        edge: u32,
+        /// `max_texture_dimension_3d` of the device.
+        limit: u32,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// A texture of the caller's whose format, or whose size beside the others, does not fit.
+    #[error(
+        "the texture `{what}` must be {expected:?} and as large as the others; it is {found:?}"
+    )]
+    OtherFormat {
+        /// What the texture holds.
+        what: &'static str,
+        /// The format that kernels read.
+        expected: wgpu::TextureFormat,
+        /// The texture's format.
+        found: wgpu::TextureFormat,
+    },
+    /// Data that is too large for one binding.
+    #[error("{what} needs {bytes} bytes in one binding, and this device allows {limit}; {advice}")]
+    TooLarge {
+        /// What the buffer holds.
+        what: &'static str,
+        /// Bytes needed.
+        bytes: u64,
+        /// `max_storage_buffer_binding_size` of the device.
+        limit: u64,
+        /// What to do.
+        advice: &'static str,
+    },
+}
+
+impl Gpu {
+    /// Takes the caller's device. The handles are shared, the device stays the caller's.
+    pub fn new(device: Device, queue: Queue) -> Self {
+        Self { device, queue, uniforms: UniformPool::default() }
+    }
+
+    /// Opens a device with WebGPU's default limits (storage bindings as large as the adapter
+    /// allows), timestamps and ray queries where the adapter has them.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`], [`GpuError::NoMatch`] or [`GpuError::Device`].
+    pub async fn open(choice: &AdapterChoice) -> Result<(Self, AdapterInfo), GpuError> {
+        let mut adapters = adapters().await;
+        if adapters.is_empty() {
+            return Err(GpuError::NoAdapter);
+        }
+        let found: Vec<_> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+        let position = match choice {
+            AdapterChoice::Auto => Some(0),
+            AdapterChoice::Software => {
+                adapters.iter().position(|a| a.get_info().device_type == DeviceType::Cpu)
+            }
+            AdapterChoice::Named(name) => {
+                let name = name.to_lowercase();
+                found.iter().position(|found| found.to_lowercase().contains(&name))
+            }
+        };
+        let Some(position) = position else {
+            let wanted = match choice {
+                AdapterChoice::Named(name) => name.clone(),
+                other => format!("{other:?}").to_lowercase(),
+            };
+            return Err(GpuError::NoMatch { wanted, found });
+        };
+        let adapter = adapters.swap_remove(position);
+        let info = adapter.get_info();
+        let gpu = Self::from_adapter(&adapter)
+            .await
+            .map_err(|source| GpuError::Device { adapter: info.name.clone(), source })?;
+        Ok((gpu, info))
+    }
+
+    async fn from_adapter(adapter: &Adapter) -> Result<Self, wgpu::RequestDeviceError> {
+        let offered = adapter.limits();
+        let mut limits = Limits {
+            max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+            max_buffer_size: offered.max_buffer_size,
+            ..Limits::default()
+        };
+        let mut features = adapter.features()
+            & (Features::TIMESTAMP_QUERY
+                | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+                | Features::EXPERIMENTAL_RAY_QUERY);
+        let mut experimental = ExperimentalFeatures::disabled();
+        if features.contains(Features::EXPERIMENTAL_RAY_QUERY) {
+            limits = limits.using_minimum_supported_acceleration_structure_values();
+            limits.max_blas_primitive_count = offered.max_blas_primitive_count;
+            // SAFETY: wgpu asks for this acknowledgement that ray queries are not yet finished on
+            // its side; the kernels index acceleration structures that GpuScene built and keeps.
+            experimental = unsafe { ExperimentalFeatures::enabled() };
+        } else {
+            features.remove(Features::EXPERIMENTAL_RAY_QUERY);
+        }
+        let (device, queue) = adapter
+            .request_device(&DeviceDescriptor {
+                label: Some("lucerna"),
+                required_features: features,
+                required_limits: limits,
+                experimental_features: experimental,
+                ..Default::default()
+            })
+            .await?;
+        Ok(Self::new(device, queue))
+    }
+
+    /// Whether the ray-query variants of kernels run here.
+    pub fn has_ray_query(&self) -> bool {
+        self.device.features().contains(Features::EXPERIMENTAL_RAY_QUERY)
+    }
+}
+
+/// All adapters, the best first: discrete, integrated, virtual, other, software.
+pub async fn adapters() -> Vec<Adapter> {
+    let instance = Instance::new(InstanceDescriptor {
+        backends: Backends::PRIMARY,
+        ..InstanceDescriptor::new_without_display_handle()
+    });
+    let mut adapters = instance.enumerate_adapters(Backends::PRIMARY).await;
+    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    });
+    adapters
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The kernel `voxel_cone/shade`: cones from the picture's surfaces.
+
+use super::settings::{Specular, VoxelConeSettings};
+use crate::bindings::kernels::voxel_cone::shade as kernel;
+use crate::components::voxel_pyramid::Pyramid;
+use crate::frame::Pixels;
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, target};
+use glam::UVec2;
+
+/// tan of half the mirror cone's aperture; 0: from the roughness.
+pub(super) fn specular_spread(specular: Specular) -> f32 {
+    match specular {
+        Specular::Fixed(degrees) => (0.5 * degrees).to_radians().tan(),
+        Specular::Off | Specular::Roughness => 0.0,
+    }
+}
+
+/// The compiled kernel.
+#[derive(Debug)]
+pub(super) struct ShadePass {
+    kernel: ComputeKernel,
+    /// Bound where there is no occlusion.
+    nothing: wgpu::TextureView,
+}
+
+impl ShadePass {
+    /// `shaders`: of the scene, whose pixels are asked.
+    pub fn new(gpu: &Gpu, shaders: &Shaders, pyramid: &Pyramid) -> Self {
+        let shaders = shaders.with_variant(pyramid.variant(shaders.variant()));
+        let format = wgpu::TextureFormat::Rgba8Unorm;
+        Self {
+            kernel: ComputeKernel::new(gpu, &shaders, None, "voxel_cone/shade"),
+            nothing: target(gpu, "no occlusion", UVec2::ONE, format),
+        }
+    }
+
+    /// Records the cones of a picture into `light`, `rgba32float`, a: ambient occlusion.
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        pyramid: &Pyramid,
+        settings: &VoxelConeSettings,
+        pixels: &Pixels,
+        occlusion: Option<&wgpu::TextureView>,
+        light: &wgpu::TextureView,
+    ) {
+        let info = kernel::ShadeInfo {
+            cones: settings.stepping.into(),
+            n_cones: settings.n_cones,
+            has_specular: u32::from(settings.specular != Specular::Off),
+            specular_spread: specular_spread(settings.specular),
+            has_occlusion: u32::from(occlusion.is_some()),
+        };
+        self.kernel
+            .call(&mut recorder.compute(self.kernel.name()))
+            .uniform("info", &info)
+            .bind("occlusion", occlusion.unwrap_or(&self.nothing))
+            .bind("indirect", light)
+            .with(pyramid.field())
+            .with(pixels.bindings())
+            .dispatch(Dispatch::Area(pixels.size()));
+    }
+}

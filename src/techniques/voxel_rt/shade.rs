@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The kernel `voxel_rt/shade`: the picture's surfaces look the voxels up.
+
+use super::{DebugView, Lookup};
+use crate::bindings::kernels::voxel_rt::shade as kernel;
+use crate::bindings::lucerna::fields::voxel_light;
+use crate::components::voxel_light::CacheBuffers;
+use crate::frame::Pixels;
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
+
+/// What is shown of the voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// Reflected radiance \[W·sr⁻¹·m⁻²\].
+    Light,
+    /// Irradiance \[W·m⁻²\] before the surface reflects it.
+    Irradiance,
+    /// The cell that a surface point stands in, as a colour.
+    Cells,
+    /// The level that it is looked up in, as a colour.
+    Levels,
+}
+
+pub(super) const DEBUG_VIEWS: &[DebugView] = &[
+    DebugView::new("irradiance", "indirect irradiance [W/m²], before the surface reflects it"),
+    DebugView::new("cells", "voxels, each in a colour of its own"),
+    DebugView::new(
+        "levels",
+        "nested grids: from the finest on red, green, blue, yellow, magenta, cyan",
+    ),
+];
+
+impl Shown {
+    pub(super) fn of_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "irradiance" => Self::Irradiance,
+            "cells" => Self::Cells,
+            "levels" => Self::Levels,
+            _ => return None,
+        })
+    }
+}
+
+/// The compiled kernel.
+#[derive(Debug)]
+pub struct ShadePass(ComputeKernel);
+
+impl ShadePass {
+    /// Compiles the kernel. `shaders`: of the scene, whose pixels are asked.
+    pub fn new(gpu: &Gpu, shaders: &Shaders) -> Self {
+        Self(ComputeKernel::new(gpu, shaders, None, "voxel_rt/shade"))
+    }
+
+    /// Records the look-ups of a picture into `target`, `rgba32float`.
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        buffers: &CacheBuffers,
+        pixels: &Pixels,
+        lookup: Lookup,
+        shown: Shown,
+        target: &wgpu::TextureView,
+    ) {
+        let info = kernel::ShadeInfo {
+            lookup: match lookup {
+                Lookup::Valid => voxel_light::LOOKUP_VALID,
+                Lookup::Trilinear => voxel_light::LOOKUP_TRILINEAR,
+                Lookup::SevenTap => voxel_light::LOOKUP_SEVEN_TAP,
+            },
+            shown: match shown {
+                Shown::Light => kernel::SHOWN_LIGHT,
+                Shown::Irradiance => kernel::SHOWN_IRRADIANCE,
+                Shown::Cells => kernel::SHOWN_CELLS,
+                Shown::Levels => kernel::SHOWN_LEVELS,
+            },
+            reserved_a: 0,
+            reserved_b: 0,
+        };
+        self.0
+            .call(&mut recorder.compute(self.0.name()))
+            .uniform("info", &info)
+            .bind("indirect", target)
+            .with(buffers.field(&buffers.shown))
+            .with(pixels.bindings())
+            .dispatch(Dispatch::Area(pixels.size()));
+    }
+}

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a voxel's face looks like: the record that is kept, and the sums that it is made from.
+//!
+//! A record is 16 bytes:
+//!
+//! | word | bits | what |
+//! |---|---|---|
+//! | x | 0–9, 10–19, 20–29 | albedo red, green, blue, unorm (linear); error 1/2046 |
+//! | x | 30 | 1: there is something to see (the coverage may still round to 0) |
+//! | x | 31 | 1: no surface looks this way; what is seen are backs |
+//! | y | 0–15, 16–31 | unit normal, `octahedral::pack_direction` |
+//! | z | 0–31 | emission, `shared_exponent` [W·sr⁻¹·m⁻²] |
+//! | w | 0–15 | coverage, unorm: how much of the cell's face the surfaces hide, seen along its axis |
+//! | w | 16–31 | agreement, unorm: length of the mean normal; 1: all surfaces look the same way |
+//!
+//! All zeros: no surface looks to either side of that axis.
+//!
+//! Each triangle adds whole numbers to 64-bit sums (pairs of u32, low word first), so the order of
+//! adding changes nothing. A triangle adds to a record at most once: the weight is its area in the
+//! cell, projected on the face, in units of 2⁻¹⁸ of the face; no plane cuts more than √2 out of a
+//! unit cube, so a weight is below 2¹⁹. It is multiplied by at most 2¹⁸ (the others are below 2¹²),
+//! and fewer than 2²⁷ triangles of 48 bytes fit a buffer, for its size is below 2³² bytes:
+//! 2¹⁹ · 2¹⁸ · 2²⁷ = 2⁶⁴, so no sum overflows.
+#define_import_path lucerna::components::voxels::attributes
+
+#import lucerna::math::octahedral::{pack_direction, unpack_direction}
+#import lucerna::math::shared_exponent::{pack_shared_exponent, unpack_shared_exponent}
+#import lucerna::math::vector::safe_normalize
+
+/// Units of weight in a cell's face.
+const WEIGHT_SCALE: f32 = 262144.0;
+/// Steps of albedo.
+const ALBEDO_SCALE: f32 = 4095.0;
+/// Steps of a normal's component from 0 to 1; 0 and ±1 are exact.
+const NORMAL_SCALE: f32 = 2047.0;
+/// Steps of emission from 0 to the scene's brightest.
+const EMISSION_SCALE: f32 = 262143.0;
+
+/// The bit of a record that says that there is something to see.
+const RECORD_VALID: u32 = 0x40000000u;
+
+/// The bit of a record that says that only backs are seen.
+const RECORD_BACK: u32 = 0x80000000u;
+
+/// Which sum.
+const SUM_WEIGHT: u32 = 0u;
+/// Three: albedo × weight.
+const SUM_ALBEDO: u32 = 1u;
+/// Three: (normal + 1) × weight.
+const SUM_NORMAL: u32 = 4u;
+/// Three: emission × weight.
+const SUM_EMISSION: u32 = 7u;
+/// Weights of all surfaces, whichever side they show.
+const SUM_COVERAGE: u32 = 10u;
+/// Sums of a record, of two words each.
+const N_SUMS: u32 = 11u;
+
+/// What a face looks like.
+struct VoxelFace {
+    /// Linear, 0 to 1.
+    albedo: vec3<f32>,
+    /// 0 to 1.
+    coverage: f32,
+    /// Unit length.
+    normal: vec3<f32>,
+    /// Length of the mean normal, 0 to 1.
+    agreement: f32,
+    /// [W·sr⁻¹·m⁻²]
+    emission: vec3<f32>,
+}
+
+/// A face as a record; see the table above. The normal is not zero.
+fn encode_face(face: VoxelFace) -> vec4<u32> {
+    let albedo = vec3<u32>(clamp(face.albedo, vec3<f32>(0.0), vec3<f32>(1.0)) * 1023.0 + 0.5);
+    return vec4<u32>(
+        albedo.x | (albedo.y << 10u) | (albedo.z << 20u) | RECORD_VALID,
+        pack_direction(face.normal),
+        pack_shared_exponent(face.emission),
+        pack2x16unorm(vec2<f32>(face.coverage, face.agreement)),
+    );
+}
+
+/// Whether a surface looks to either side of the record's axis.
+fn record_is_valid(record: vec4<u32>) -> bool {
+    return (record.x & RECORD_VALID) != 0u;
+}
+
+/// Whether no surface looks to the record's side: what is seen are backs of single-sided ones.
+fn record_is_back(record: vec4<u32>) -> bool {
+    return (record.x & RECORD_BACK) != 0u;
+}
+
+/// The face of a record; of one that is not valid coverage and albedo are 0.
+fn decode_face(record: vec4<u32>) -> VoxelFace {
+    let albedo = (vec3<u32>(record.x) >> vec3<u32>(0u, 10u, 20u)) & vec3<u32>(0x3ffu);
+    let shares = unpack2x16unorm(record.w);
+    return VoxelFace(
+        vec3<f32>(albedo) / 1023.0,
+        shares.x,
+        unpack_direction(record.y),
+        shares.y,
+        unpack_shared_exponent(record.z),
+    );
+}
+
+/// An area of a cell of edge 1 (at most √2) in units of weight, rounded to nearest.
+fn weight_of_area(area: f32) -> u32 {
+    return u32(min(area * WEIGHT_SCALE + 0.5, 524287.0));
+}
+
+/// Albedo of 0 to 1 in steps.
+fn quantize_albedo(albedo: vec3<f32>) -> vec3<u32> {
+    return vec3<u32>(clamp(albedo, vec3<f32>(0.0), vec3<f32>(1.0)) * ALBEDO_SCALE + 0.5);
+}
+
+/// A unit normal in steps from −1.
+fn quantize_normal(normal: vec3<f32>) -> vec3<u32> {
+    let bounded = clamp(normal, vec3<f32>(-1.0), vec3<f32>(1.0));
+    return vec3<u32>((bounded + 1.0) * NORMAL_SCALE + 0.5);
+}
+
+/// Emission in steps; `brightest`: of the scene's materials, 0 where none shines.
+fn quantize_emission(emission: vec3<f32>, brightest: f32) -> vec3<u32> {
+    let share = select(vec3<f32>(0.0), emission / brightest, brightest > 0.0);
+    return vec3<u32>(clamp(share, vec3<f32>(0.0), vec3<f32>(1.0)) * EMISSION_SCALE + 0.5);
+}
+
+/// weight × steps of emission as a 64-bit number (low, high). `weight` below 2¹⁹, `steps` below 2¹⁸.
+fn weigh_emission(weight: u32, steps: u32) -> vec2<u32> {
+    // Halves of 9 bits: the products are below 2²⁸.
+    let upper = weight * (steps >> 9u);
+    let lower = weight * (steps & 511u);
+    let low = (upper << 9u) + lower;
+    return vec2<u32>(low, (upper >> 23u) + select(0u, 1u, low < lower));
+}
+
+/// A 64-bit number (low, high) as f32, good to 1e-7 of itself.
+fn float_of_sum(sum: vec2<u32>) -> f32 {
+    return f32(sum.y) * 4294967296.0 + f32(sum.x);
+}
+
+/// The face of its sums, as f32 and by SUM_ constants.
+///
+/// Without any weight, the face shows the back of what is seen from the other side: `other` are the
+/// opposite face's sums, whose albedo it takes, and whose normal turned around; emission is none.
+/// (One sheet of cloth reflects on both sides.) The coverage is its own. Where neither has a weight,
+/// everything is 0, the normal too: such a face is not to be encoded.
+fn face_of_sums(
+    sums: array<f32, N_SUMS>,
+    other: array<f32, N_SUMS>,
+    brightest: f32,
+) -> VoxelFace {
+    var face = VoxelFace();
+    let back = sums[SUM_WEIGHT] == 0.0;
+    var seen = sums;
+    if back {
+        seen = other;
+    }
+    let weight = seen[SUM_WEIGHT];
+    if weight == 0.0 {
+        return face;
+    }
+    face.albedo = vec3<f32>(seen[SUM_ALBEDO], seen[SUM_ALBEDO + 1u], seen[SUM_ALBEDO + 2u])
+        / (weight * ALBEDO_SCALE);
+    let mean = vec3<f32>(seen[SUM_NORMAL], seen[SUM_NORMAL + 1u], seen[SUM_NORMAL + 2u])
+        / (weight * NORMAL_SCALE) - 1.0;
+    face.agreement = min(length(mean), 1.0);
+    face.normal = safe_normalize(select(mean, -mean, back), vec3<f32>(0.0, 1.0, 0.0));
+    if !back {
+        face.emission = vec3<f32>(
+            seen[SUM_EMISSION],
+            seen[SUM_EMISSION + 1u],
+            seen[SUM_EMISSION + 2u],
+        ) / (weight * EMISSION_SCALE) * brightest;
+    }
+    face.coverage = min(sums[SUM_COVERAGE] / WEIGHT_SCALE, 1.0);
+    return face;
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! How many voxels a grid has, and the dispatches that cover them.
+#define_import_path lucerna::components::voxels::counts
+
+/// Kept on the GPU; 48 bytes. The two dispatches are for workgroups of 64, laid out as
+/// `lucerna::math::dispatch` says.
+struct VoxelCounts {
+    /// Voxels that have a slot.
+    n_voxels: u32,
+    /// Occupied cells that found no room; they are not in the structure.
+    n_overflow: u32,
+    /// n_voxels · n_faces
+    n_records: u32,
+    reserved_a: u32,
+    /// An invocation a voxel. At byte 16.
+    voxel_groups: vec3<u32>,
+    reserved_b: u32,
+    /// An invocation a record (voxel and face). At byte 32.
+    record_groups: vec3<u32>,
+    reserved_c: u32,
+}
+
+/// Invocations of the workgroups that the two are for.
+const COUNTED_WORKGROUP: u32 = 64u;

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Direct light on the surface in a pixel: light that arrives straight from a light, an emissive
+//! surface or the sky, and is reflected towards the camera. Shadows are what `scene::visibility` has: rays.
+//!
+//! L = Σ f·cosθ·E over point, spot and directional lights, exactly, as long as there are no more than
+//! [`MAX_EXACT_LIGHTS`]; and for all others an estimate by multiple importance sampling (E. Veach,
+//! L. Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995,
+//! multi-sample power heuristic): `n_light_samples` draw a light, `n_bsdf_samples` a reflection.
+//!
+//! Samples are points of Owen-scrambled Sobol sequences (`sampling::low_discrepancy`), one stream a
+//! pixel, that go on from frame to frame: the samples of a frame are stratified, and those of
+//! 2^k frames together as well.
+//!
+//! Bindings: none of its own; it asks the scene seam.
+#define_import_path lucerna::integrators::direct_light
+
+#import lucerna::bsdf::metallic_roughness::metallic_roughness
+#import lucerna::bsdf::scattering::{Scattering, evaluate_scattering, scattering_pdf, scatter}
+#import lucerna::frame::gbuffer::GBufferSurface
+#import lucerna::geometry::ray_offset::offset_ray_origin
+#import lucerna::scene::lights::{LightSample, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
+#import lucerna::scene::lights::{sample_hittable_light, pdf_of_hittable_emitter, pdf_of_hittable_sky}
+#import lucerna::scene::lights::{n_punctual_lights, punctual_light}
+#import lucerna::scene::rays::{Ray, nearest_hit, hit_is_miss}
+#import lucerna::scene::sky::sky_radiance
+#import lucerna::scene::surface::{surface_at, seen_from}
+#import lucerna::scene::visibility::light_visibility
+#import lucerna::math::constants::FLOAT_MAX
+#import lucerna::math::frame::frame_from_normal
+#import lucerna::sampling::low_discrepancy::sobol_owen
+#import lucerna::sampling::mis::power_heuristic
+#import lucerna::sampling::pcg::pcg3d
+
+/// How much is spent on direct light.
+struct DirectSettings {
+    /// Draws of a light, per pixel and frame.
+    n_light_samples: u32,
+    /// Draws of a reflection, per pixel and frame; they find what is bright and near, and what a
+    /// glossy surface mirrors.
+    n_bsdf_samples: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+/// Up to so many point, spot and directional lights each one gets a shadow ray in every frame; of
+/// more, they are drawn like the others.
+const MAX_EXACT_LIGHTS: u32 = 16u;
+
+/// Seeds of a sample's dimensions: which light and which of entry and alias; the place on it; the
+/// reflection's direction; its lobe.
+const CHOICE: u32 = 0u;
+const PLACE: u32 = 1u;
+const REFLECTION: u32 = 2u;
+const LOBE: u32 = 3u;
+
+/// Radiance [W·sr⁻¹·m⁻²] that the surface reflects towards the camera.
+///
+/// `stream`: pixel (x, y) and seed; `frame`: counts frames. `surface.is_surface` must hold.
+fn direct_light(
+    surface: GBufferSurface,
+    settings: DirectSettings,
+    stream: vec3<u32>,
+    frame: u32,
+) -> vec3<f32> {
+    let basis = frame_from_normal(surface.shading_normal);
+    let scattering = Scattering(
+        metallic_roughness(surface.albedo, surface.metallic, surface.roughness),
+        surface.lambert,
+        surface.to_viewer * basis,
+    );
+    let n_punctual = n_punctual_lights();
+    let exact = n_punctual <= MAX_EXACT_LIGHTS;
+    let n_exact = select(0u, n_punctual, exact);
+    let has_drawn = lights_can_be_hit() || !exact;
+    let n_drawn = select(0u, settings.n_light_samples, has_drawn);
+    let n_scattered = select(0u, settings.n_bsdf_samples, lights_can_be_hit());
+    let light_share = f32(n_drawn);
+    let bsdf_share = f32(n_scattered);
+    let seeds = pcg3d(stream);
+
+    var sum = vec3<f32>(0.0);
+    for (var ix = 0u; ix < n_exact + n_drawn; ix++) {
+        let is_exact = ix < n_exact;
+        var light: LightSample;
+        if is_exact {
+            light = punctual_light(ix, surface.position);
+        } else {
+            let sample_ix = frame * n_drawn + (ix - n_exact);
+            let choice = sobol_owen(sample_ix, seeds.x + CHOICE);
+            let place = sobol_owen(sample_ix, seeds.x + PLACE);
+            let u = vec4<f32>(choice.x, place, choice.y);
+            if exact {
+                light = sample_hittable_light(surface.position, u);
+            } else {
+                light = sample_light(surface.position, u);
+            }
+            light.weight /= light_share;
+        }
+        if !any(light.weight > vec3<f32>(0.0)) || dot(light.direction, surface.geometric_normal) <= 0.0 {
+            continue;
+        }
+        let to_light = light.direction * basis;
+        let reflected = evaluate_scattering(scattering, to_light) * max(to_light.z, 0.0) * light.weight;
+        if !any(reflected > vec3<f32>(0.0)) {
+            continue;
+        }
+        let visible = light_visibility(
+            light,
+            surface.position,
+            surface.position_error,
+            surface.geometric_normal,
+            select(0.0, 1.0 / (light.pdf * light_share), light.pdf > 0.0),
+        );
+        if visible > 0.0 {
+            let pdf = scattering_pdf(scattering, to_light);
+            let weight = power_heuristic(light.pdf * light_share, pdf * bsdf_share);
+            sum += visible * reflected * select(weight, 1.0, light.pdf == 0.0);
+        }
+    }
+
+    for (var ix = 0u; ix < n_scattered; ix++) {
+        let sample_ix = frame * n_scattered + ix;
+        let u = sobol_owen(sample_ix, seeds.y + REFLECTION);
+        let lobe = sobol_owen(sample_ix, seeds.y + LOBE).x;
+        let drawn = scatter(scattering, vec3<f32>(u, lobe));
+        let direction = basis * drawn.direction;
+        if !(drawn.pdf > 0.0) || dot(direction, surface.geometric_normal) <= 0.0 {
+            continue;
+        }
+        let origin = offset_ray_origin(
+            surface.position,
+            surface.position_error,
+            surface.geometric_normal,
+            direction,
+        );
+        let hit = nearest_hit(Ray(origin, 0.0, direction, FLOAT_MAX));
+        var radiance: vec3<f32>;
+        var light_pdf: f32;
+        if hit_is_miss(hit) {
+            radiance = sky_radiance(direction);
+            light_pdf = select(pdf_of_sky(direction), pdf_of_hittable_sky(direction), exact);
+        } else {
+            radiance = seen_from(surface_at(hit.triangle, hit.barycentrics), direction).emission;
+            light_pdf = select(
+                pdf_of_emitter(hit.triangle, direction, hit.t),
+                pdf_of_hittable_emitter(hit.triangle, direction, hit.t),
+                exact,
+            );
+        }
+        let weight = power_heuristic(drawn.pdf * bsdf_share, light_pdf * light_share);
+        sum += drawn.weight * radiance * (weight / bsdf_share);
+    }
+    return sum;
+}

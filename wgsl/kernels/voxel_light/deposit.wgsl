@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Takes what rays from lights or the camera deposited (voxel_light/inject, voxel_light/resolve) as the direct
+//! light of the faces.
+//!
+//! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
+//! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record.
+
+#import lucerna::math::dispatch::group_of_dispatch
+#import lucerna::components::voxels::levels::VoxelLevels
+#import lucerna::components::voxel_light::cache::{FaceLight, add_deposit}
+
+const WORKGROUP: u32 = 64u;
+
+struct DepositInfo {
+    /// Index of the level.
+    level: u32,
+    /// See `cache::add_deposit`.
+    light_frames: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+@group(1) @binding(0) var<uniform> levels: VoxelLevels;
+@group(1) @binding(1) var<uniform> info: DepositInfo;
+/// x: occupied voxels of the level.
+@group(1) @binding(2) var<uniform> counts: vec4<u32>;
+/// Of the level alone. rgb: irradiance [W·m⁻²]; a: number of samples.
+@group(1) @binding(3) var<storage, read> means: array<vec4<f32>>;
+@group(1) @binding(4) var<storage, read_write> lights: array<FaceLight>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let record = group_of_dispatch(group) * WORKGROUP + local;
+    let level = levels.levels[info.level];
+    if record >= counts.x * level.grid.n_faces {
+        return;
+    }
+    let at = level.first_record + record;
+    lights[at] = add_deposit(lights[at], means[record], info.light_frames);
+}

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Turns what `voxel_light/inject` has accumulated into means, and empties the accumulators.
+//!
+//! Means of several injections (one a light) are added: the irradiance of a surface is the sum over
+//! the lights, and each light's mean is over its own samples. A record without samples adds 0.
+//!
+//! Dispatch: ceil(capacity · n_faces / 64) workgroups, over x first and y beyond 65 535; records of
+//! slots that do not exist are left at once. Workgroup memory: none. Each invocation owns one record.
+
+#import lucerna::components::voxel_light::accumulator::{STRATEGY_EXACT, HEAD_WORDS, EXACT_WORDS, EXACT_COUNT, EXACT_HIGH}
+#import lucerna::components::voxel_light::average::{WideSum, mean_of_sum, unpack_average, unpack_count}
+#import lucerna::components::voxels::grid::VoxelGrid
+
+const WORKGROUP: u32 = 64u;
+/// Chosen when the pipeline is made, as in `voxel_light/inject`.
+override STRATEGY: u32 = 3u;
+
+struct Resolution {
+    /// Value of one integer step [W·m⁻²].
+    quantum: f32,
+    /// What the packed words hold as 1 [W·m⁻²].
+    largest: f32,
+    /// 1: the means begin anew, whatever they were.
+    first: u32,
+    reserved: u32,
+}
+
+@group(1) @binding(0) var<uniform> grid: VoxelGrid;
+@group(1) @binding(1) var<uniform> resolution: Resolution;
+@group(1) @binding(2) var<storage, read> structure: array<vec2<u32>>;
+@group(1) @binding(3) var<storage, read_write> accumulators: array<u32>;
+/// rgb: irradiance [W·m⁻²]; a: number of samples (of the packed strategies: as far as they count).
+@group(1) @binding(4) var<storage, read_write> means: array<vec4<f32>>;
+
+/// Occupied voxels: what stands before the last brick and in it.
+fn n_slots() -> u32 {
+    let last = structure[grid.bricks.x * grid.bricks.y * grid.bricks.z - 1u];
+    return min(last.y + countOneBits(last.x), grid.capacity);
+}
+
+/// A record's mean and count; its memory is zero afterwards.
+fn take_exact(record: u32) -> vec4<f32> {
+    let at = HEAD_WORDS + record * EXACT_WORDS;
+    let count = accumulators[at + EXACT_COUNT];
+    if count == 0u {
+        return vec4<f32>(0.0);
+    }
+    let low = vec3<u32>(accumulators[at], accumulators[at + 1u], accumulators[at + 2u]);
+    let high = vec3<u32>(
+        accumulators[at + EXACT_HIGH],
+        accumulators[at + EXACT_HIGH + 1u],
+        accumulators[at + EXACT_HIGH + 2u],
+    );
+    // Most sums stay below 2³²: what is zero already need not be written.
+    for (var channel = 0u; channel < 3u; channel++) {
+        accumulators[at + channel] = 0u;
+        if high[channel] != 0u {
+            accumulators[at + EXACT_HIGH + channel] = 0u;
+        }
+    }
+    accumulators[at + EXACT_COUNT] = 0u;
+    return vec4<f32>(mean_of_sum(WideSum(low, high), count, resolution.quantum), f32(count));
+}
+
+fn take_packed(record: u32) -> vec4<f32> {
+    let word = accumulators[HEAD_WORDS + record];
+    if word == 0u {
+        return vec4<f32>(0.0);
+    }
+    accumulators[HEAD_WORDS + record] = 0u;
+    return vec4<f32>(unpack_average(word) * resolution.largest, f32(unpack_count(word)));
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) n: vec3<u32>) {
+    let record = id.y * n.x * WORKGROUP + id.x;
+    if record >= n_slots() * grid.n_faces {
+        return;
+    }
+    var mean: vec4<f32>;
+    if STRATEGY == STRATEGY_EXACT {
+        mean = take_exact(record);
+    } else {
+        mean = take_packed(record);
+    }
+    if resolution.first != 0u {
+        means[record] = mean;
+    } else if mean.w > 0.0 {
+        means[record] += mean;
+    }
+}

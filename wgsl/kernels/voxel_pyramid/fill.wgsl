@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Writes what leaves the voxels' faces into mip 0: every cell of a level, empty ones too.
+//!
+//! A face is as opaque as its surfaces cover of it (`voxel::attributes`, `cone::opacity`), and sends L = ρ/π·E, E being the
+//! irradiance that `voxel_light/publish` made; where it knows none, it is dark. What surfaces emit is not in it: emissive
+//! surfaces are drawn as lights, for voxels and for pixels, and would count twice.
+//!
+//! Backs of single-sided surfaces are open unless asked otherwise: nobody is meant to see them, and a cone that grows
+//! beside a wall takes in its voxels, and with them the wall's dark back, though it never comes from behind.
+//!
+//! Dispatch: ceil(size/4) groups of 4 × 4 × 4. Workgroup memory: none. Each invocation owns its cell's texels.
+
+#import lucerna::cone::medium::texel_of_surface
+#import lucerna::components::voxel_pyramid::opacity::corner_opacity
+#import lucerna::components::voxel_pyramid::layout::{MAX_MIPS, radiance_scale, texel_of_cell}
+#import lucerna::fields::pyramid_texels::{filled, store_texel}
+#import lucerna::math::constants::INV_PI
+#import lucerna::math::float::all_finite
+#import lucerna::components::voxels::attributes::{decode_face, record_is_back, record_is_valid}
+#import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
+#import lucerna::components::voxels::levels::VoxelLevels
+#import lucerna::components::voxel_light::cache::{FaceLight, hit_depth}
+
+const SIDE: u32 = 4u;
+
+struct FillInfo {
+    /// Index of the level.
+    level: u32,
+    /// 1: where a cell has no surface that looks a face's way but two opposite neighbours beside that face have, it takes
+    /// their mean. (The voxelizer misses no surface; slits narrower than a cell and the steps of slanted ones are gaps.)
+    fills_gaps: u32,
+    /// 1: a face from which only backs of single-sided surfaces are seen is as opaque as they are. 0: it is open.
+    backs_hide: u32,
+    reserved: u32,
+}
+
+@group(1) @binding(0) var<uniform> levels: VoxelLevels;
+@group(1) @binding(1) var<uniform> info: FillInfo;
+@group(1) @binding(2) var<storage, read> structure: array<vec2<u32>>;
+/// Of the level alone, slot · n_faces + face: `voxel::attributes`.
+@group(1) @binding(3) var<storage, read> records: array<vec4<u32>>;
+/// rgb: irradiance [W·m⁻²].
+@group(1) @binding(4) var<storage, read> irradiance: array<vec4<f32>>;
+@group(1) @binding(5) var<storage, read> lights: array<FaceLight>;
+
+/// The slot of a cell of the level; NO_SLOT outside it.
+fn slot_of(cell: vec3<i32>) -> u32 {
+    let level = levels.levels[info.level];
+    if any(cell < vec3<i32>(0)) || any(cell >= vec3<i32>(level.grid.size)) {
+        return NO_SLOT;
+    }
+    let brick = structure[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
+    return slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
+}
+
+/// The texel of a voxel's face of this opacity; zeros where it has no surface.
+fn texel_of_face(slot: u32, face: u32, opacity: f32) -> vec4<f32> {
+    let level = levels.levels[info.level];
+    let record = slot * level.grid.n_faces + face;
+    let packed = record_of(slot, face);
+    if !is_seen(packed) {
+        return vec4<f32>(0.0);
+    }
+    let surface = decode_face(packed);
+    let received = irradiance[level.first_record + record].rgb;
+    var radiance = surface.albedo * INV_PI * received;
+    if !all_finite(radiance) {
+        radiance = vec3<f32>(0.0);
+    }
+    return texel_of_surface(max(radiance, vec3<f32>(0.0)) * radiance_scale(filled.peak), opacity);
+}
+
+/// What a voxel's face looks like.
+fn record_of(slot: u32, face: u32) -> vec4<u32> {
+    return records[slot * levels.levels[info.level].grid.n_faces + face];
+}
+
+/// Whether a face is there for cones.
+fn is_seen(packed: vec4<u32>) -> bool {
+    return record_is_valid(packed) && (info.backs_hide != 0u || !record_is_back(packed));
+}
+
+/// The opacity of a voxel's six faces: their coverage, closed where walls meet.
+fn opacities_of(slot: u32) -> array<f32, 6> {
+    let level = levels.levels[info.level];
+    var out = array<f32, 6>();
+    if level.grid.n_faces == 1u {
+        out[0] = decode_face(records[slot]).coverage;
+        return out;
+    }
+    var coverage = vec3<f32>(0.0);
+    var depth = vec3<f32>(-1.0);
+    var shown = vec3<u32>(0u);
+    for (var face = 0u; face < 6u; face++) {
+        let record = slot * 6u + face;
+        let packed = records[record];
+        let surface = decode_face(packed);
+        out[face] = surface.coverage;
+        let known = lights[level.first_record + record];
+        let axis = face >> 1u;
+        if record_is_valid(packed) && !record_is_back(packed) && known.n_hits > 0.0 {
+            // An axis that shows both its faces holds a sheet or a slab, and closes nothing.
+            depth[axis] = select(-1.0, hit_depth(known), coverage[axis] == 0.0);
+            coverage[axis] = max(surface.coverage, 1e-6);
+            shown[axis] = face;
+        }
+    }
+    let closed = corner_opacity(coverage, depth);
+    for (var axis = 0u; axis < 3u; axis++) {
+        if depth[axis] >= 0.0 {
+            out[shown[axis]] = closed[axis];
+        }
+    }
+    return out;
+}
+
+@compute @workgroup_size(SIDE, SIDE, SIDE)
+fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
+    let level = levels.levels[info.level];
+    if any(cell >= level.grid.size) {
+        return;
+    }
+    let entry = filled.mips[info.level * MAX_MIPS];
+    let slot = slot_of(vec3<i32>(cell));
+    var opacities: array<f32, 6>;
+    if slot != NO_SLOT {
+        opacities = opacities_of(slot);
+    }
+    for (var face = 0u; face < level.grid.n_faces; face++) {
+        var texel = vec4<f32>(0.0);
+        if slot != NO_SLOT {
+            texel = texel_of_face(slot, face, opacities[face]);
+        }
+        if info.fills_gaps != 0u && texel.a == 0.0 {
+            texel = between_neighbours(vec3<i32>(cell), face);
+        }
+        store_texel(0u, texel_of_cell(entry, face, vec3<i32>(cell)), texel);
+    }
+}
+
+/// The mean of a pair of opposite neighbours beside a face that both have a surface there; zeros where no pair
+/// has.
+fn between_neighbours(cell: vec3<i32>, face: u32) -> vec4<f32> {
+    var sum = vec4<f32>(0.0);
+    var n = 0.0;
+    for (var turn = 1u; turn < 3u; turn++) {
+        var step = vec3<i32>(0);
+        step[((face >> 1u) + turn) % 3u] = 1;
+        let slots = vec2<u32>(slot_of(cell - step), slot_of(cell + step));
+        if slots.x != NO_SLOT && slots.y != NO_SLOT {
+            let one = texel_of_face(slots.x, face, decode_face(record_of(slots.x, face)).coverage);
+            let other = texel_of_face(slots.y, face, decode_face(record_of(slots.y, face)).coverage);
+            if one.a > 0.0 && other.a > 0.0 {
+                sum += 0.5 * (one + other);
+                n += 1.0;
+            }
+        }
+    }
+    return sum / max(n, 1.0);
+}

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Scene seam: the triangles themselves, for the voxelizer and the rasteriser.
+//!
+//! Interface: `n_triangles`, `TriangleCorners`, `triangle_corners`, `triangle_moves`, `triangle_is_masked`.
+#define_import_path lucerna::scene::triangles
+
+#import lucerna::scene::data::{TRIANGLE_ALPHA_TESTED, TRIANGLE_MOVING, scene, triangles}
+
+/// A triangle in world space [m]; its front is where a, b, c run counter-clockwise.
+struct TriangleCorners {
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+}
+
+/// How many triangles there are: indices run from 0.
+fn n_triangles() -> u32 {
+    return scene.n_triangles;
+}
+
+/// The corners of a triangle, `triangle_ix` < [`n_triangles`].
+fn triangle_corners(triangle_ix: u32) -> TriangleCorners {
+    return TriangleCorners(
+        triangles[triangle_ix].corner_a,
+        triangles[triangle_ix].corner_b,
+        triangles[triangle_ix].corner_c,
+    );
+}
+
+/// Whether the triangle belongs to something that moves.
+fn triangle_moves(triangle_ix: u32) -> bool {
+    return (triangles[triangle_ix].flags & TRIANGLE_MOVING) != 0u;
+}
+
+/// Whether an alpha mask may cut parts of the triangle away (`scene::surface::is_cut_away` tells which).
+fn triangle_is_masked(triangle_ix: u32) -> bool {
+    return (triangles[triangle_ix].flags & TRIANGLE_ALPHA_TESTED) != 0u;
+}

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Scene seam: how much of a light a surface point sees: by shadow maps of lights that have them, by a ray else.
+//!
+//! Interface: `light_visibility`.
+#define_import_path lucerna::scene::visibility
+
+#import lucerna::fields::shadow_maps::{has_map, mapped_visibility}
+#import lucerna::geometry::ray_offset::offset_ray_origin
+#import lucerna::scene::lights::{LightSample, ray_to_light}
+#import lucerna::scene::rays::any_hit
+
+/// Share of what a light sends that arrives, in [0, 1]. `solid_angle` is not needed.
+fn light_visibility(
+    light: LightSample,
+    position: vec3<f32>,
+    position_error: vec3<f32>,
+    normal: vec3<f32>,
+    solid_angle: f32,
+) -> f32 {
+    if has_map(light.ix) {
+        return mapped_visibility(light.ix, position, normal);
+    }
+    let origin = offset_ray_origin(position, position_error, normal, light.direction);
+    return select(1.0, 0.0, any_hit(ray_to_light(light, origin)));
+}
