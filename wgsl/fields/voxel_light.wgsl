@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: light that voxels hold, looked up at surface points.
 //!
-//! Interface: `irradiance_at`; `slot_of_cell` and the bindings for kernels that go over voxels
-//! themselves. What light it is, the host decides by the buffer that it binds as `face_light`.
+//! Interface: `irradiance_at`, `cell_at`, and the bindings for kernels that go over voxels themselves. What light it is, the host decides by the buffer that it binds as `face_light`.
 #define_import_path lucerna::fields::voxel_light
 
-#import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
-#import lucerna::components::voxels::grid::{faces_of_direction, grid_from_world, is_inside}
-#import lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels, level_weight, slot_word}
+#import lucerna::components::voxels::bricks::NO_SLOT
+#import lucerna::components::voxels::grid::{faces_of_direction, grid_from_world}
+#import lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels, level_weight}
 #import lucerna::components::voxels::lookup::{face_weights, tap_cell, tap_weight, taps_at}
 #import lucerna::components::voxel_light::cache::{LightSum, add_share, add_weighted}
 #import lucerna::components::voxel_light::walls::{keep_before_walls, undivided}
+#import lucerna::fields::voxel_structure::{slot_of_cell, wall_word_of_slot}
 
 /// Trilinear over the cells that hold surfaces which look the point's way.
 const LOOKUP_VALID: u32 = 0u;
@@ -26,28 +26,16 @@ const NORMAL_OFFSET: f32 = 0.5;
 const SIDE_OFFSET: f32 = 1e-2;
 
 @group(3) @binding(0) var<uniform> levels: VoxelLevels;
-/// Of each level the bricks' words, then for each slot a packed cell and its walls
-/// (`lucerna::components::voxel_light::walls`).
-@group(3) @binding(1) var<storage, read> structure: array<vec2<u32>>;
 /// Of each level a record a face (slot · n_faces + face): rgb irradiance [W·m⁻²], a: how much of the
 /// face a surface covers.
 @group(3) @binding(2) var<storage, read> face_light: array<vec4<f32>>;
-
-/// The slot of a cell, or NO_SLOT; outside the grid there is none.
-fn slot_of_cell(level: VoxelLevel, cell: vec3<i32>) -> u32 {
-    if !is_inside(level.grid, cell) {
-        return NO_SLOT;
-    }
-    let brick = structure[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
-    return slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
-}
 
 /// The walls of a voxel; none where there is no voxel, or one value a voxel.
 fn walls_of_slot(level: VoxelLevel, slot: u32) -> u32 {
     if slot == NO_SLOT || level.grid.n_faces == 1u {
         return 0u;
     }
-    return structure[slot_word(level, slot)].y;
+    return wall_word_of_slot(level, slot);
 }
 
 /// What a level holds around a point of its grid, on the side of the normal: a sum weighted by

@@ -14,10 +14,11 @@
 #import lucerna::components::voxel_pyramid::opacity::corner_opacity
 #import lucerna::components::voxel_pyramid::layout::{MAX_MIPS, radiance_scale, texel_of_cell}
 #import lucerna::fields::pyramid_texels::{filled, store_texel}
+#import lucerna::fields::voxel_structure::slot_of_cell
 #import lucerna::math::constants::INV_PI
 #import lucerna::math::float::all_finite
 #import lucerna::components::voxels::attributes::{decode_face, record_is_back, record_is_valid}
-#import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
+#import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::levels::VoxelLevels
 #import lucerna::components::voxel_light::cache::{FaceLight, hit_depth}
 
@@ -36,22 +37,11 @@ struct FillInfo {
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
 @group(1) @binding(1) var<uniform> info: FillInfo;
-@group(1) @binding(2) var<storage, read> structure: array<vec2<u32>>;
 /// Of the level alone, slot · n_faces + face: `voxel::attributes`.
-@group(1) @binding(3) var<storage, read> records: array<vec4<u32>>;
+@group(1) @binding(2) var<storage, read> records: array<vec4<u32>>;
 /// rgb: irradiance [W·m⁻²].
-@group(1) @binding(4) var<storage, read> irradiance: array<vec4<f32>>;
-@group(1) @binding(5) var<storage, read> lights: array<FaceLight>;
-
-/// The slot of a cell of the level; NO_SLOT outside it.
-fn slot_of(cell: vec3<i32>) -> u32 {
-    let level = levels.levels[info.level];
-    if any(cell < vec3<i32>(0)) || any(cell >= vec3<i32>(level.grid.size)) {
-        return NO_SLOT;
-    }
-    let brick = structure[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
-    return slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
-}
+@group(1) @binding(3) var<storage, read> irradiance: array<vec4<f32>>;
+@group(1) @binding(4) var<storage, read> lights: array<FaceLight>;
 
 /// The texel of a voxel's face of this opacity; zeros where it has no surface.
 fn texel_of_face(slot: u32, face: u32, opacity: f32) -> vec4<f32> {
@@ -121,7 +111,7 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
         return;
     }
     let entry = filled.mips[info.level * MAX_MIPS];
-    let slot = slot_of(vec3<i32>(cell));
+    let slot = slot_of_cell(level, vec3<i32>(cell));
     var opacities: array<f32, 6>;
     if slot != NO_SLOT {
         opacities = opacities_of(slot);
@@ -141,12 +131,13 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
 /// The mean of a pair of opposite neighbours beside a face that both have a surface there; zeros where no pair
 /// has.
 fn between_neighbours(cell: vec3<i32>, face: u32) -> vec4<f32> {
+    let level = levels.levels[info.level];
     var sum = vec4<f32>(0.0);
     var n = 0.0;
     for (var turn = 1u; turn < 3u; turn++) {
         var step = vec3<i32>(0);
         step[((face >> 1u) + turn) % 3u] = 1;
-        let slots = vec2<u32>(slot_of(cell - step), slot_of(cell + step));
+        let slots = vec2<u32>(slot_of_cell(level, cell - step), slot_of_cell(level, cell + step));
         if slots.x != NO_SLOT && slots.y != NO_SLOT {
             let one = texel_of_face(slots.x, face, decode_face(record_of(slots.x, face)).coverage);
             let other = texel_of_face(slots.y, face, decode_face(record_of(slots.y, face)).coverage);
