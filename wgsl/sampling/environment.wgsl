@@ -12,10 +12,8 @@
 #define_import_path lucerna::sampling::environment
 
 #import lucerna::light::sky::{direction_from_uv, uv_from_direction}
-#import lucerna::math::constants::PI
+#import lucerna::math::constants::{ONE_BELOW, PI}
 
-/// The largest f32 below 1.
-const ONE_BELOW: f32 = 0.99999994;
 /// sin θ is held above it in densities, which have a pole at the poles (of 3e-11 of the sphere).
 const MIN_SINE: f32 = 1e-5;
 

@@ -18,11 +18,11 @@
 /// Covered that much of what is open, a face is walled.
 const MIN_COVERAGE: f32 = 0.5;
 /// Thinner than this share of a cell, an open part tells nothing.
-const MIN_OPEN: f32 = 0.05;
+const MIN_OPEN_PART: f32 = 0.05;
 /// What the other faces of a cell that a sheet divides count.
 const DIVIDED_WEIGHT: f32 = 0.01;
 
-/// Which share of a cell is open along an axis, in [MIN_OPEN, 1]: above a floor, under which all is dark, only what
+/// Which share of a cell is open along an axis, in [MIN_OPEN_PART, 1]: above a floor, under which all is dark, only what
 /// lies between it and the cell's face; a wall that stands on it can cover no more.
 fn open_part(plus: FaceLight, minus: FaceLight) -> f32 {
     let plus_closes = is_lit(plus) && wall_coverage(plus) >= MIN_COVERAGE;
@@ -30,7 +30,7 @@ fn open_part(plus: FaceLight, minus: FaceLight) -> f32 {
     if plus_closes == minus_closes {
         return 1.0;
     }
-    return clamp(select(hit_depth(minus), hit_depth(plus), plus_closes), MIN_OPEN, 1.0);
+    return clamp(select(hit_depth(minus), hit_depth(plus), plus_closes), MIN_OPEN_PART, 1.0);
 }
 
 /// The word of one axis: `plus`, `minus`: the records of its two faces; `open`: which share of these faces is

@@ -24,7 +24,7 @@
 #import lucerna::integrators::injection::{LitPoint, lit_by_extended, lit_by_punctual, lit_in_view}
 #import lucerna::math::loops::loops_run
 #import lucerna::sampling::pcg::random_vec4
-#import lucerna::sampling::stratified::stratified_number
+#import lucerna::sampling::stratified::stratified_in_cell
 
 const WORKGROUP: u32 = 8u;
 /// Rays of an invocation along each axis: more make fewer writes and fewer invocations.
@@ -81,10 +81,7 @@ fn random_of_ray(ray: vec2<u32>, dimension: u32) -> vec4<f32> {
 
 /// The ray's point of the stratified square.
 fn square_point(ray: vec2<u32>, jitter: vec2<f32>) -> vec2<f32> {
-    return vec2<f32>(
-        stratified_number(ray.x, injection.n_rays, jitter.x),
-        stratified_number(ray.y, injection.n_rays, jitter.y),
-    );
+    return stratified_in_cell(ray, vec2<u32>(injection.n_rays), jitter);
 }
 
 /// Whether what the k-th ray of an invocation found can be trusted; if not, it and those after it are counted. (A ray that was

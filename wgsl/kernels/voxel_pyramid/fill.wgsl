@@ -11,7 +11,8 @@
 //! Dispatch: ceil(size/4) groups of 4 × 4 × 4. Workgroup memory: none. Each invocation owns its cell's texels.
 
 #import lucerna::cone::medium::texel_of_surface
-#import lucerna::components::voxel_pyramid::opacity::corner_opacity
+#import lucerna::components::voxel_pyramid::opacity::opacity_of_faces
+#import lucerna::components::voxel_pyramid::gaps::{GapPairs, add_gap_pair, gap_step, texel_of_gap}
 #import lucerna::components::voxel_pyramid::layout::{MAX_MIPS, radiance_scale, texel_of_cell}
 #import lucerna::fields::pyramid_texels::{filled, store_texel}
 #import lucerna::fields::voxel_structure::slot_of_cell
@@ -78,30 +79,16 @@ fn opacities_of(slot: u32) -> array<f32, 6> {
         out[0] = decode_face(records[slot]).coverage;
         return out;
     }
-    var coverage = vec3<f32>(0.0);
-    var depth = vec3<f32>(-1.0);
-    var shown = vec3<u32>(0u);
+    var depth = array<f32, 6>();
     for (var face = 0u; face < 6u; face++) {
         let record = slot * 6u + face;
         let packed = records[record];
-        let surface = decode_face(packed);
-        out[face] = surface.coverage;
+        out[face] = decode_face(packed).coverage;
         let known = lights[level.first_record + record];
-        let axis = face >> 1u;
-        if record_is_valid(packed) && !record_is_back(packed) && known.n_hits > 0.0 {
-            // An axis that shows both its faces holds a sheet or a slab, and closes nothing.
-            depth[axis] = select(-1.0, hit_depth(known), coverage[axis] == 0.0);
-            coverage[axis] = max(surface.coverage, 1e-6);
-            shown[axis] = face;
-        }
+        let is_front = record_is_valid(packed) && !record_is_back(packed) && known.n_hits > 0.0;
+        depth[face] = select(-1.0, hit_depth(known), is_front);
     }
-    let closed = corner_opacity(coverage, depth);
-    for (var axis = 0u; axis < 3u; axis++) {
-        if depth[axis] >= 0.0 {
-            out[shown[axis]] = closed[axis];
-        }
-    }
-    return out;
+    return opacity_of_faces(out, depth);
 }
 
 @compute @workgroup_size(SIDE, SIDE, SIDE)
@@ -132,20 +119,15 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
 /// has.
 fn between_neighbours(cell: vec3<i32>, face: u32) -> vec4<f32> {
     let level = levels.levels[info.level];
-    var sum = vec4<f32>(0.0);
-    var n = 0.0;
-    for (var turn = 1u; turn < 3u; turn++) {
-        var step = vec3<i32>(0);
-        step[((face >> 1u) + turn) % 3u] = 1;
+    var pairs: GapPairs;
+    for (var pair = 0u; pair < 2u; pair++) {
+        let step = gap_step(face, pair);
         let slots = vec2<u32>(slot_of_cell(level, cell - step), slot_of_cell(level, cell + step));
         if slots.x != NO_SLOT && slots.y != NO_SLOT {
             let one = texel_of_face(slots.x, face, decode_face(record_of(slots.x, face)).coverage);
             let other = texel_of_face(slots.y, face, decode_face(record_of(slots.y, face)).coverage);
-            if one.a > 0.0 && other.a > 0.0 {
-                sum += 0.5 * (one + other);
-                n += 1.0;
-            }
+            pairs = add_gap_pair(pairs, one, other);
         }
     }
-    return sum / max(n, 1.0);
+    return texel_of_gap(pairs);
 }

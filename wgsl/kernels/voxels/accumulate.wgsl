@@ -14,13 +14,13 @@
 #import lucerna::integrators::triangle_pieces::{n_pieces, triangle_piece}
 #import lucerna::scene::triangles::triangle_corners
 #import lucerna::fields::voxel_structure::{n_slots, slot_in_grid}
-#import lucerna::geometry::barycentric::barycentrics_of
+#import lucerna::geometry::barycentric::barycentrics_within
 #import lucerna::geometry::clip::clip_triangle_to_cube
 #import lucerna::scene::surface::{SurfaceOver, surface_over}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::vector::safe_normalize
-#import lucerna::components::voxels::attributes::{N_SUMS, SUM_WEIGHT, SUM_ALBEDO, SUM_NORMAL, SUM_EMISSION, SUM_COVERAGE}
-#import lucerna::components::voxels::attributes::{quantize_albedo, quantize_emission, quantize_normal, weigh_emission, weight_of_area}
+#import lucerna::components::voxels::attributes::{N_SUMS, N_SURFACE_SUMS, SUM_COVERAGE}
+#import lucerna::components::voxels::attributes::{sums_of_surface, weight_of_part, weights_of_part}
 #import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::grid::VoxelGrid
 #import lucerna::components::voxels::work::{GridTriangle, cells_of_column, triangle_meets_cell}
@@ -56,22 +56,16 @@ fn add(record: u32, sum: u32, number: vec2<u32>) {
 
 /// Adds a surface to a face, with the normal of the side that it shows there.
 fn add_face(record: u32, weight: u32, surface: SurfaceOver, normal: vec3<f32>) {
-    add(record, SUM_WEIGHT, vec2<u32>(weight, 0u));
-    let albedo = quantize_albedo(surface.albedo);
-    let steps = quantize_normal(normal);
-    let emission = quantize_emission(surface.emission, range.brightest);
-    for (var k = 0u; k < 3u; k++) {
-        add(record, SUM_ALBEDO + k, vec2<u32>(weight * albedo[k], 0u));
-        add(record, SUM_NORMAL + k, vec2<u32>(weight * steps[k], 0u));
-        add(record, SUM_EMISSION + k, weigh_emission(weight, emission[k]));
+    var numbers = sums_of_surface(weight, surface.albedo, normal, surface.emission, range.brightest);
+    for (var k = 0u; k < N_SURFACE_SUMS; k++) {
+        add(record, k, numbers[k]);
     }
 }
 
 /// Adds a triangle to a voxel of the range.
 fn add_triangle(triangle_ix: u32, t: GridTriangle, cell: vec3<u32>, slot: u32) {
     let part = clip_triangle_to_cube(t.a, t.b, t.c, vec3<f32>(cell) + 0.5, 0.5);
-    let weights = barycentrics_in(t, part.middle);
-    let surface = surface_over(triangle_ix, weights, grid.cell);
+    let surface = surface_over(triangle_ix, barycentrics_within(part.middle, t.a, t.b, t.c), grid.cell);
     if surface.is_cut_away {
         return;
     }
@@ -80,16 +74,14 @@ fn add_triangle(triangle_ix: u32, t: GridTriangle, cell: vec3<u32>, slot: u32) {
     let normal = safe_normalize(across, vec3<f32>(0.0, 1.0, 0.0));
     let first = (slot - range.first) * grid.n_faces;
     if grid.n_faces == 1u {
-        let weight = max(weight_of_area(length(part.area)), 1u);
+        let weight = weight_of_part(part.area);
         add_face(first, weight, surface, normal);
         add(first, SUM_COVERAGE, vec2<u32>(weight, 0u));
         return;
     }
-    let area = abs(part.area);
-    let looks = abs(normal);
+    let weights = weights_of_part(part.area, normal);
     for (var axis = 0u; axis < 3u; axis++) {
-        let is_dominant = looks[axis] >= max(looks.x, max(looks.y, looks.z));
-        let weight = max(weight_of_area(area[axis]), u32(is_dominant));
+        let weight = weights[axis];
         if weight == 0u {
             continue;
         }
@@ -102,13 +94,6 @@ fn add_triangle(triangle_ix: u32, t: GridTriangle, cell: vec3<u32>, slot: u32) {
             add_face(back, weight, surface, -normal);
         }
     }
-}
-
-/// Weights of the second and third corner, within the triangle.
-fn barycentrics_in(t: GridTriangle, point: vec3<f32>) -> vec2<f32> {
-    // Of a triangle without area in f32 the weights may be NaN, which clamp turns into a number.
-    let weights = clamp(barycentrics_of(point, t.a, t.b, t.c), vec2<f32>(0.0), vec2<f32>(1.0));
-    return weights / max(weights.x + weights.y, 1.0);
 }
 
 @compute @workgroup_size(WORKGROUP)
