@@ -10,7 +10,7 @@
 #import lucerna::components::voxels::levels::{VoxelLevel, slot_word}
 
 /// Of each level the bricks' words (occupied bits, first slot), then for each slot a packed cell and its walls
-/// (`lucerna::components::voxel_light::walls`; 0 where nothing has marked any).
+/// (`lucerna::components::voxel_light::wall_words`; 0 where nothing has marked any).
 @group(3) @binding(1) var<storage, read> structure: array<vec2<u32>>;
 
 /// The slot of a cell of a grid, or NO_SLOT; outside the grid there is none. `first_brick`: index of the grid's first brick, 0
@@ -39,7 +39,7 @@ fn packed_cell_of_slot(level: VoxelLevel, slot: u32) -> u32 {
     return structure[slot_word(level, slot)].x;
 }
 
-/// The walls of the voxel in a slot that exists (`lucerna::components::voxel_light::walls`).
+/// The walls of the voxel in a slot that exists (`lucerna::components::voxel_light::wall_words`).
 fn wall_word_of_slot(level: VoxelLevel, slot: u32) -> u32 {
     return structure[slot_word(level, slot)].y;
 }

@@ -203,20 +203,3 @@ fn wall_coverage(light: FaceLight) -> f32 {
 fn is_lit(light: FaceLight) -> bool {
     return any(light.direct + light.indirect > vec3<f32>(0.0));
 }
-
-/// A weighted sum of what records hold.
-struct LightSum {
-    /// Of irradiances [W·m⁻²].
-    irradiance: vec3<f32>,
-    weight: f32,
-}
-
-/// Adds an irradiance with a weight ≥ 0.
-fn add_weighted(sum: LightSum, irradiance: vec3<f32>, weight: f32) -> LightSum {
-    return LightSum(sum.irradiance + weight * irradiance, sum.weight + weight);
-}
-
-/// Adds another sum's mean with a weight; `found.weight` > 0.
-fn add_share(sum: LightSum, found: LightSum, weight: f32) -> LightSum {
-    return add_weighted(sum, found.irradiance / found.weight, weight);
-}

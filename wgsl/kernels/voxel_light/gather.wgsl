@@ -9,7 +9,7 @@
 //! same bytes.
 
 #import lucerna::components::voxel_light::cache::{FaceLight, FaceSamples, is_lit, keep_deposits, renew, with_cut}
-#import lucerna::fields::voxel_light::levels
+#import lucerna::fields::voxel_light_texels::levels
 #import lucerna::fields::voxel_structure::packed_cell_of_slot
 #import lucerna::integrators::face_gather::{FaceGatherSettings, add_face_sample}
 #import lucerna::math::dispatch::group_of_dispatch

@@ -15,7 +15,7 @@
 #import lucerna::components::voxels::levels::VoxelLevels
 #import lucerna::components::voxel_light::cache::{FaceLight, coverage, sharing}
 #import lucerna::components::voxel_light::neighbours::{n_neighbours, neighbour_offset, tent}
-#import lucerna::components::voxel_light::walls::{is_before_walls, undivided}
+#import lucerna::components::voxel_light::wall_words::{is_before_walls, undivided}
 
 const WORKGROUP: u32 = 64u;
 
