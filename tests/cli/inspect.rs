@@ -29,7 +29,7 @@ fn kernels_describes_one() {
         "file: wgsl/kernels/rays/any_hit.wgsl",
         "Dispatch: ",
         "entry point: main (compute), workgroup 64x1x1",
-        "imports: lucerna::scene::rays",
+        "lucerna::scene::rays",
         "@group(1) @binding(2) blocked: storage buffer, read and write",
         "of 8 storage buffers",
     ] {
@@ -110,13 +110,13 @@ fn export_writes_every_kernel_whole() {
 
     let folder = empty_folder("export_one");
     let one = run(&["export", "-o", path(&folder), "rays/any_hit"]).exits(0);
-    let expected = ["rays/any_hit.wgsl", "untextured/rays/any_hit.wgsl"].map(|f| folder.join(f));
+    let expected = ["rays/any_hit.wgsl", "textures=none/rays/any_hit.wgsl"].map(|f| folder.join(f));
     assert_eq!(
         one.stdout.lines().collect::<Vec<_>>(),
         expected.each_ref().map(|f| path(f)),
         "{one}"
     );
-    assert_eq!(names_in(&folder), ["rays", "untextured"]);
+    assert_eq!(names_in(&folder), ["rays", "textures=none"]);
     assert_eq!(names_in(&folder.join("rays")), ["any_hit.wgsl"]);
 }
 

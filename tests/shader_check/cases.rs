@@ -162,9 +162,9 @@ pub const CASES: &[Case] = &[
 
     // Several at once.
     one("three_faults",
-        &[(BindGroup, SCENE, 3, 1, "owns groups 0 and 2 alone"),
-          (Budget, K, 3, 10, "512 invocations per workgroup"),
-          (Compose, A, 6, 1, "expected `;`")],
+        &[(Budget, K, 3, 10, "512 invocations per workgroup"),
+          (Compose, A, 6, 1, "expected `;`"),
+          (BindGroup, SCENE, 3, 1, "owns groups 0 and 2 alone")],
         &[(SCENE, "@group(1)", "@group(0)"), (K, "512", "256"), (A, "2.0 * x", "2.0 * x;")]),
     one("two_limits",
         &[(Budget, K, 17, 1, "13 uniform buffers"), (Budget, K, 17, 1, "17408 bytes of workgroup memory")],

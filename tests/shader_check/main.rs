@@ -251,7 +251,7 @@ fn a_problem_is_reported_once_and_shows_the_text() {
 fn good_tree_gives_its_modules_and_kernels() {
     let tree = check_tree(&fixtures("good_wgsl"), AXES).unwrap();
     let modules: Vec<_> = tree.library.iter().map(|m| m.import_path.as_str()).collect();
-    assert_eq!(modules, ["lucerna::scene::rays", "lucerna::math::a", "lucerna::math::b"]);
+    assert_eq!(modules, ["lucerna::math::a", "lucerna::math::b", "lucerna::scene::rays"]);
     let overlays: Vec<_> = tree
         .overlays
         .iter()
