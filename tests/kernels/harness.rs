@@ -1,8 +1,8 @@
 //! Runs WGSL functions over arrays of inputs on the GPU.
 
 use bytemuck::{AnyBitPattern, NoUninit};
-use lucerna::gpu::{AdapterChoice, Gpu};
-use lucerna::shader::{BASELINE, Source};
+use lucerna::gpu::{AdapterChoice, Gpu, Recorder};
+use lucerna::shader::{Source, Target};
 use std::sync::OnceLock;
 use wgpu::util::DeviceExt;
 
@@ -125,15 +125,12 @@ pub fn compose(text: &str) -> wgpu::ShaderModule {
         file: "test.wgsl".into(),
         text: text.to_owned().into(),
     };
-    let module = lucerna::library()
-        .compose(&source, BASELINE)
+    let composed = lucerna::library()
+        .compose(&source, Target::default())
         .unwrap_or_else(|problems| panic!("{}", problems[0]));
-    let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), BASELINE)
-        .validate(&module)
-        .expect("composed modules are valid");
-    let wgsl =
-        naga::back::wgsl::write_string(&module, &info, naga::back::wgsl::WriterFlags::empty())
-            .expect("valid modules can be written");
+    let flags = naga::back::wgsl::WriterFlags::empty();
+    let wgsl = naga::back::wgsl::write_string(&composed.module, &composed.info, flags)
+        .expect("valid modules can be written");
     gpu().device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("test"),
         source: wgpu::ShaderSource::Wgsl(wgsl.into()),
@@ -148,6 +145,16 @@ pub fn storage(bytes: &[u8]) -> wgpu::Buffer {
         label: Some("test"),
         contents: &padded,
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+    })
+}
+
+/// A uniform buffer with these bytes.
+#[allow(dead_code)]
+pub fn uniform(bytes: &[u8]) -> wgpu::Buffer {
+    gpu().device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("test"),
+        contents: bytes,
+        usage: wgpu::BufferUsages::UNIFORM,
     })
 }
 
@@ -168,6 +175,15 @@ pub fn read(buffer: &wgpu::Buffer) -> Vec<u8> {
         .map_async(wgpu::MapMode::Read, |result| result.expect("mapping a test buffer"));
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
     staging.slice(..).get_mapped_range().expect("mapped above").to_vec()
+}
+
+/// Records something and submits it.
+pub fn submit<T>(record: impl FnOnce(&mut Recorder) -> T) -> T {
+    let gpu = gpu();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let out = record(&mut Recorder::new(gpu, &mut encoder));
+    gpu.queue.submit([encoder.finish()]);
+    out
 }
 
 /// Seeded random numbers for inputs: SplitMix64 (S. Vigna).
