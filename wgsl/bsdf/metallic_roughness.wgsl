@@ -55,7 +55,7 @@ struct MetallicRoughness {
     alpha: f32,
 }
 
-/// `roughness`: perceptual. Values outside [0, 1] are clamped.
+/// The reflection's parameters of a material. `roughness`: perceptual. Values outside [0, 1] are clamped.
 fn metallic_roughness(base_color: vec3<f32>, metallic: f32, roughness: f32) -> MetallicRoughness {
     let r = clamp(roughness, 0.0, 1.0);
     return MetallicRoughness(

@@ -19,10 +19,8 @@
 //! what pictures show.
 //!
 //! Neighbouring faces see nearly the same, and share what they found: always for bounces, and for
-//! pictures as long as they know little ([`sharing`], `neighbours::tent`).
+//! pictures as long as they know little (`neighbours`).
 #define_import_path lucerna::components::voxel_light::cache
-
-#import lucerna::components::voxel_light::neighbours::sharing_of_hits
 
 /// A face's record. All zero: nothing is known.
 struct FaceLight {
@@ -185,13 +183,9 @@ fn coverage(light: FaceLight) -> f32 {
     return select(0.0, min(light.n_hits / light.n_rays, 1.0), light.n_rays > 0.0);
 }
 
-/// How much of its neighbours' light a face takes, in (0, 1], against noise: by the hits that it is the mean of
-/// (`neighbours::sharing_of_hits`).
-///
-/// `light_rays`: how many of the face's rays belong to the light as it is now.
-fn sharing(light: FaceLight, light_rays: f32) -> f32 {
-    let hits = light.n_hits * min(light_rays / max(light.n_rays, 1.0), 1.0);
-    return sharing_of_hits(hits);
+/// How many of a face's hits belong to the light as it is now, `light_rays` being how many of its rays do.
+fn current_hits(light: FaceLight, light_rays: f32) -> f32 {
+    return light.n_hits * min(light_rays / max(light.n_rays, 1.0), 1.0);
 }
 
 /// How much of the face walls cover, in [0, 1].

@@ -13,8 +13,8 @@
 #import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::grid::{face_axis, unpack_cell}
 #import lucerna::components::voxels::levels::VoxelLevels
-#import lucerna::components::voxel_light::cache::{FaceLight, coverage, sharing}
-#import lucerna::components::voxel_light::neighbours::{n_neighbours, neighbour_offset, tent}
+#import lucerna::components::voxel_light::cache::{FaceLight, coverage, current_hits}
+#import lucerna::components::voxel_light::neighbours::{n_neighbours, neighbour_offset, sharing_of_hits, tent}
 #import lucerna::components::voxel_light::wall_words::{is_before_walls, undivided}
 
 const WORKGROUP: u32 = 64u;
@@ -24,7 +24,7 @@ struct PublishInfo {
     level: u32,
     /// 1: bounces see what was reflected before. 0: direct light alone.
     feedback: u32,
-    /// See `cache::sharing`.
+    /// See `cache::current_hits`.
     light_rays: f32,
     reserved: u32,
 }
@@ -61,7 +61,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let face = record % n_faces;
     let axis = face_axis(face);
     let cell = vec3<i32>(unpack_cell(packed_cell_of_slot(level, own_slot)));
-    let share = sharing(own, info.light_rays);
+    let share = sharing_of_hits(current_hits(own, info.light_rays));
     // rgb: sum, a: weight; the face's own record first.
     var feedback = covered * vec4<f32>(own.feedback, 1.0);
     var indirect = covered * vec4<f32>(own.indirect, 1.0);
