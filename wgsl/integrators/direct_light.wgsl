@@ -18,7 +18,7 @@
 #import lucerna::bsdf::scattering::{Scattering, scatter}
 #import lucerna::frame::gbuffer::GBufferSurface
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::integrators::next_event::{reflected_of_light, solid_angle_of_sample}
+#import lucerna::light::next_event::reflected_of_light
 #import lucerna::scene::lights::{LightSample, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
 #import lucerna::scene::lights::{sample_hittable_light, pdf_of_hittable_emitter, pdf_of_hittable_sky}
 #import lucerna::scene::lights::{n_punctual_lights, punctual_light}
@@ -29,7 +29,7 @@
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen
-#import lucerna::sampling::mis::power_heuristic
+#import lucerna::sampling::mis::{power_heuristic, solid_angle_of_sample}
 #import lucerna::sampling::pcg::pcg3d
 
 /// How much is spent on direct light.
@@ -97,8 +97,16 @@ fn direct_light(
             }
             light.weight /= light_share;
         }
-        let found =
-            reflected_of_light(light, surface.geometric_normal, scattering, basis, light_share, bsdf_share);
+        let found = reflected_of_light(
+            light.direction,
+            light.weight,
+            light.pdf,
+            surface.geometric_normal,
+            scattering,
+            basis,
+            light_share,
+            bsdf_share,
+        );
         if !found.may_arrive {
             continue;
         }

@@ -19,13 +19,13 @@
 #import lucerna::components::voxels::grid::{VoxelGrid, face_normal, unpack_cell, world_from_grid}
 #import lucerna::fields::voxel_light::{LOOKUP_VALID, irradiance_at}
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::integrators::next_event::{irradiance_of_light, solid_angle_of_sample}
+#import lucerna::light::next_event::irradiance_of_light
 #import lucerna::math::constants::{FLOAT_MAX, INV_PI, PI}
 #import lucerna::math::float::all_finite
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::hemisphere::sample_cosine_hemisphere
 #import lucerna::sampling::low_discrepancy::sobol_owen
-#import lucerna::sampling::mis::power_heuristic
+#import lucerna::sampling::mis::{power_heuristic, solid_angle_of_sample}
 #import lucerna::sampling::pcg::{pcg, random_vec4}
 #import lucerna::scene::lights::{pdf_of_emitter, pdf_of_sky, sample_light}
 #import lucerna::scene::rays::{Ray, hit_is_miss, nearest_hit}
@@ -155,7 +155,13 @@ fn add_face_sample(
 /// `scene::visibility` tells. `u`: uniform in [0, 1)⁴.
 fn visible_irradiance(surface: Surface, u: vec4<f32>) -> vec3<f32> {
     let light = sample_light(surface.position, u);
-    let found = irradiance_of_light(light, surface.shading_normal, surface.geometric_normal);
+    let found = irradiance_of_light(
+        light.direction,
+        light.weight,
+        light.pdf,
+        surface.shading_normal,
+        surface.geometric_normal,
+    );
     if !found.may_arrive {
         return found.light;
     }
