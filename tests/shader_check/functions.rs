@@ -90,7 +90,8 @@ fn authors(before: &str) -> String {
     for piece in before.trim_end_matches([' ', ',']).rsplit(", ") {
         // What stands before the first initial belongs to the sentence.
         let words: Vec<_> = piece.split(' ').collect();
-        let Some(first) = words.iter().position(|word| is_initial(word.trim_start_matches('('))) else {
+        let Some(first) = words.iter().position(|word| is_initial(word.trim_start_matches('(')))
+        else {
             break;
         };
         names.push(words[first..].join(" ").trim_start_matches('(').to_owned());
@@ -111,7 +112,8 @@ fn sources(lines: &[String]) -> Vec<String> {
             let title = &text[pair[0] + 1..pair[1]];
             let after = &text[pair[1]..];
             let found = after.char_indices().take(90).find_map(|(at, c)| {
-                let starts = c.is_ascii_digit() && !after[..at].ends_with(|c: char| c.is_alphanumeric());
+                let starts =
+                    c.is_ascii_digit() && !after[..at].ends_with(|c: char| c.is_alphanumeric());
                 starts.then(|| year(&after[at..])).flatten()
             });
             let Some(year) = found else { continue };
@@ -195,7 +197,9 @@ fn table() -> String {
             }
             let tested: Vec<_> = tests
                 .iter()
-                .filter(|(_, text)| text.contains(module.import_path) && has_word(text, &function.name))
+                .filter(|(_, text)| {
+                    text.contains(module.import_path) && has_word(text, &function.name)
+                })
                 .map(|(file, _)| format!("[{file}](../tests/{file})"))
                 .collect();
             let row = [

@@ -12,7 +12,8 @@
 #import lucerna::bsdf::ggx::spread_of_ggx
 #import lucerna::bsdf::metallic_roughness::{MetallicRoughness, sample_specular_lobe}
 #import lucerna::cone::march::{Cone, ConeSettings, cells_across}
-#import lucerna::fields::cone_trace::{finest_cell, trace_cone}
+#import lucerna::fields::cone_trace::trace_cone
+#import lucerna::fields::pyramid_layout::finest_cell
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::frame::frame_from_normal
 

@@ -6,7 +6,8 @@
 #define_import_path lucerna::scene::visibility
 
 #import lucerna::cone::march::{Cone, ConeSettings, cells_across, spread_of_solid_angle}
-#import lucerna::fields::cone_trace::{finest_cell, trace_cone}
+#import lucerna::fields::cone_trace::trace_cone
+#import lucerna::fields::pyramid_layout::finest_cell
 #import lucerna::scene::lights::LightSample
 
 /// How cones towards lights are followed: fine steps, for a shadow's edge is seen.
