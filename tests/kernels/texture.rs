@@ -168,7 +168,7 @@ fn normal_maps_follow_the_frame() {
 }
 
 /// Bilinear between the texels' centres, against f64, with the horizon closed and the poles' rows held.
-/// Tolerance: a coordinate is good to 1e-6 of the map, times the steepest step between texels.
+/// Tolerance: lavapipe's atan2 is good to 2e-5·π of a radian, so a coordinate to 5e-5 texels; two of them, over steps of at most 4.
 #[test]
 fn equirectangular_maps_are_read_bilinearly() {
     let [w, h] = [5u32, 4u32];
@@ -221,9 +221,12 @@ fn equirectangular_maps_are_read_bilinearly() {
             row(y).lerp(row(y + 1), share.y)
         };
         let error = |u: f64| (found.truncate().as_dvec3() - read(u)).abs().max_element();
-        // Of the poles' u the module states 0 or 0.5.
-        let is_pole = d.x == 0.0 && d.z == 0.0;
-        let least = if is_pole { error(0.0).min(error(0.5)) } else { error(u) };
-        assert!(least < 1e-6 * 5.0 * 4.0 * 2.0, "{input}: {found} for {}", read(u));
+        if d.x == 0.0 && d.z == 0.0 {
+            // Of the poles' u the module states nothing: some u gives the colour, to the step between those tried.
+            let least = (0..5000).map(|k| error(f64::from(k) / 5000.0)).fold(f64::MAX, f64::min);
+            assert!(least < 5e-3, "{input}: {found} is of no u");
+            continue;
+        }
+        assert!(error(u) < 4e-4, "{input}: {found} for {}", read(u));
     }
 }

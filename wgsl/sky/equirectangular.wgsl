@@ -7,7 +7,8 @@
 
 #import lucerna::math::constants::{PI, TWO_PI, INV_PI, INV_TWO_PI}
 
-/// Where a direction stands in the map: u in [0, 1), v in [0, 1]. u of ±Y is 0 or 0.5.
+/// Where a direction stands in the map: u in [0, 1), v in [0, 1]. u of ±Y is anything in its range, for devices
+/// differ in atan2(0, 0).
 ///
 /// `direction`: finite, not zero; its length does not matter.
 fn uv_from_direction(direction: vec3<f32>) -> vec2<f32> {
