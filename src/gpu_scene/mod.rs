@@ -6,7 +6,7 @@ mod bvh;
 mod bvh_height;
 mod flatten;
 mod lights;
-mod sky;
+pub mod sky;
 mod surroundings;
 
 use crate::bindings::lucerna::scene::data::{

@@ -51,6 +51,12 @@ fn directional_albedo(m: MetallicRoughness, cosine: f32) -> vec3<f32> {
     return clamp(diffuse_albedo(m, cosine) + specular, vec3<f32>(0.0), vec3<f32>(1.0));
 }
 
+/// What the specular term reflects of even light, for a viewer at this cosine to the normal: ρ less the diffuse term's; each component
+/// in [0, 1].
+fn specular_albedo(m: MetallicRoughness, cosine: f32) -> vec3<f32> {
+    return max(directional_albedo(m, cosine) - diffuse_albedo(m, cosine), vec3<f32>(0.0));
+}
+
 /// The share of even light from the hemisphere that leaves into all of it: ρ̄ = 2·∫ρ(μ)·μ dμ over the viewer's cosine μ in [0, 1], by
 /// Gauss and Jacobi's three nodes for the weight μ. What surfaces reflect that are seen from everywhere, voxels' faces.
 fn hemispherical_albedo(m: MetallicRoughness) -> vec3<f32> {

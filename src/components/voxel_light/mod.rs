@@ -41,7 +41,8 @@ use crate::techniques::{Notice, Stat};
 use glam::{IVec3, UVec3, Vec3};
 use levels::{MAX_LEVELS, corner_around};
 
-pub use crate::bindings::kernels::voxel_light::inject::{RUN_SIDE, VoxelSample};
+pub use crate::bindings::kernels::voxel_light::inject::RUN_SIDE;
+pub use crate::bindings::lucerna::fields::voxel_accumulators::VoxelSample;
 pub use crate::bindings::lucerna::components::voxel_light::cache::FaceLight;
 pub use cache::CacheBuffers;
 pub use carry::{CarryInfo, CarryPass};

@@ -8,10 +8,11 @@
 //!
 //! Workgroup memory: none. Each invocation owns a texel of `open`.
 
+#import lucerna::bsdf::ggx::spread_of_ggx
 #import lucerna::scene::pixel::{pixel_surface, view}
 #import lucerna::cone::cone_set::{drawn_cone_of_set, set_spread}
 #import lucerna::integrators::depth_openness::depth_openness
-#import lucerna::cone::march::{Cone, cells_across, spread_of_ggx}
+#import lucerna::cone::march::{Cone, cells_across}
 #import lucerna::components::voxel_pyramid::layout::{PyramidLayout, pyramid_weight}
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen
