@@ -18,11 +18,10 @@
 //! # }
 //! ```
 
-use super::Gpu;
 use super::recorder::{ComputeRecorder, RenderRecorder};
 use super::uniforms::Uniforms;
+use super::{Gpu, Shaders};
 use crate::bindings::lucerna::math::dispatch::DISPATCH_ROW;
-use crate::modules::Shaders;
 use crate::shader::{Access, Binding, BindingKind, Dimension, Interface, Stage, Texels};
 use bytemuck::NoUninit;
 use glam::{UVec2, UVec3};
