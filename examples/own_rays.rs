@@ -1,15 +1,15 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A renderer's own scene behind the scene seam: lucerna's kernel `rays/any_hit`, unchanged, asks
 //! rays of one sphere in a uniform buffer instead of lucerna's BVH.
 //!
 //! `cargo run --example own_rays`
 
 use lucerna::blocking::{open, read_buffer};
-use lucerna::gpu::AdapterChoice;
-use lucerna::shader::{BASELINE, Source};
-use std::borrow::Cow;
+use lucerna::gpu::{AdapterChoice, ComputeKernel, Dispatch, Recorder, SceneGroup, Shaders};
+use lucerna::shader::Source;
 use wgpu::util::DeviceExt;
 
-/// What stands in the place of `wgsl/scene/rays.wgsl`: the same import path, and of its interface as
+/// What replaces `wgsl/scene/rays.wgsl`: the same import path, and of its interface as
 /// much as the kernel imports. Group 0 is the renderer's.
 const OWN_RAYS: &str = "
 #define_import_path lucerna::scene::rays
@@ -40,37 +40,8 @@ fn any_hit(ray: Ray) -> bool {
 ";
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // Compose: all of lucerna's modules, one of them replaced, and a kernel of lucerna's.
-    let mut library = lucerna::library();
-    library.insert(Source {
-        import_path: "lucerna::scene::rays".into(),
-        file: "own_rays.wgsl".into(),
-        text: OWN_RAYS.into(),
-    });
-    let kernels = lucerna::kernels();
-    let kernel = kernels.iter().find(|k| k.name == "rays/any_hit" && k.variant.is_empty());
-    let kernel = kernel.ok_or("no kernel rays/any_hit")?;
-    let source = Source {
-        import_path: kernel.name.into(),
-        file: kernel.file.into(),
-        text: kernel.source.into(),
-    };
-    let module = library.compose(&source, BASELINE).map_err(|problems| problems[0].to_string())?;
-
-    // Run it on any wgpu device; the layouts are read from the shader.
+    // Any wgpu device will do.
     let (gpu, _) = open(&AdapterChoice::Auto)?;
-    let shader = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("rays/any_hit of a sphere"),
-        source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
-    });
-    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("rays/any_hit of a sphere"),
-        layout: None,
-        module: &shader,
-        entry_point: Some("main"),
-        compilation_options: Default::default(),
-        cache: None,
-    });
     let buffer = |contents: &[u8], usage| {
         gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: None,
@@ -85,27 +56,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         [0.0, 2.0, 0.0, 0.0, 0.0, 0.0, -1.0, 100.0],
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 3.0],
     ];
-    let batch = buffer(bytemuck::cast_slice(&[3u32, 0]), wgpu::BufferUsages::UNIFORM);
     let rays = buffer(bytemuck::cast_slice(&rays), wgpu::BufferUsages::STORAGE);
     let blocked = buffer(&[0xff; 12], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
-    let group = |ix: u32, buffers: &[&wgpu::Buffer]| {
-        let entries: Vec<_> = (0..)
-            .zip(buffers)
-            .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-            .collect();
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(ix),
-            entries: &entries,
-        })
-    };
+
+    // All of lucerna's modules, one of them replaced; the layouts are read from the shader.
+    let shaders = Shaders::default().with_module(Source {
+        import_path: "lucerna::scene::rays".into(),
+        file: "own_rays.wgsl".into(),
+        text: OWN_RAYS.into(),
+    });
+    let name = "rays/any_hit";
+    let scene = SceneGroup::new(&gpu, &shaders, &[name], &vec![("sphere", (&sphere).into())]);
+    let kernel = ComputeKernel::new(&gpu, &shaders, Some(&scene), name);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let mut pass = encoder.begin_compute_pass(&Default::default());
-    pass.set_pipeline(&pipeline);
-    pass.set_bind_group(0, &group(0, &[&sphere]), &[]);
-    pass.set_bind_group(1, &group(1, &[&batch, &rays, &blocked]), &[]);
-    pass.dispatch_workgroups(1, 1, 1);
-    drop(pass);
+    let mut recorder = Recorder::new(&gpu, &mut encoder);
+    kernel
+        .call(&mut recorder.compute(name))
+        .scene(&scene)
+        .uniform("batch", &[3u32, 0])
+        .bind("rays", &rays)
+        .bind("blocked", &blocked)
+        .dispatch(Dispatch::Items(3));
+    drop(recorder);
     gpu.queue.submit([encoder.finish()]);
 
     let bytes = read_buffer(&gpu, &blocked)?;

@@ -5,8 +5,8 @@
 
 use glam::UVec2;
 use lucerna::blocking::{open, read_film};
-use lucerna::frame::{DirectSettings, Frame, FramePasses, View, ViewSettings};
-use lucerna::gpu::AdapterChoice;
+use lucerna::frame::{DirectSettings, FramePasses, View, ViewSettings};
+use lucerna::gpu::{AdapterChoice, Recorder};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::picture::PngOptions;
 use lucerna::scene::{LoadLimits, Scene};
@@ -31,19 +31,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = settings!(VoxelRtSettings { resolution: 32, ..Default::default() });
     let mut technique = VoxelRt::new(&gpu, &scene, settings, camera.position)?;
     let mut passes = FramePasses::new(&gpu, &scene, size, DirectSettings::default())?;
-    let mut view = View::new(&gpu, size);
+    let mut view = View::new(size);
     let view_settings =
         settings!(ViewSettings { n_accumulated: N_FRAMES / 2, ..ViewSettings::default() });
     for frame_ix in 0..N_FRAMES {
         if frame_ix == N_FRAMES / 2 {
-            // From here on the picture is kept. (Where a light moves, `technique.changed` is to be told.)
+            // From here on the picture is kept.
             passes.accumulator.reset();
         }
-        view.advance(&gpu, &scene, camera, &view_settings);
+        view.advance(&scene, camera, &view_settings);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut frame =
-            Frame { gpu: &gpu, encoder: &mut encoder, scene: &scene, view: &view, timers: None };
-        passes.record(&mut frame, &mut technique)?;
+        let mut recorder = Recorder::new(&gpu, &mut encoder);
+        passes.record(&mut recorder, &scene, &view, &mut technique)?;
+        drop(recorder);
         // Other passes may be recorded here; `passes.gbuffer` is there to be read.
         gpu.queue.submit([encoder.finish()]);
     }

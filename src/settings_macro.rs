@@ -34,9 +34,9 @@ macro_rules! settings {
     (@base $field:ident : $value:expr) => { ::core::default::Default::default() };
     (@base $field:ident, $($rest:tt)*) => { $crate::settings!(@base $($rest)*) };
     (@base $field:ident) => { ::core::default::Default::default() };
-    ($type:ident { $($fields:tt)* }) => {{
+    ($($type:ident)::+ { $($fields:tt)* }) => {{
         #[allow(unused_mut)]
-        let mut made: $type = $crate::settings!(@base $($fields)*);
+        let mut made: $($type)::+ = $crate::settings!(@base $($fields)*);
         $crate::settings!(@set made $($fields)*);
         made
     }};

@@ -31,10 +31,83 @@ use std::sync::{Mutex, PoisonError};
 /// Bind group 0 with its layout: what stands behind the scene seam.
 #[derive(Clone, Debug)]
 pub struct SceneGroup {
+    bindings: Vec<Binding>,
+    layout: wgpu::BindGroupLayout,
+    group: wgpu::BindGroup,
+}
+
+impl SceneGroup {
+    /// Binds what these kernels ask of the scene, by the names of the seam's variables. (A pipeline takes the group as a whole:
+    /// name all kernels that will run with it, or those that ask most.)
+    ///
+    /// # Panics
+    /// If there is no such kernel, or a variable is not bound, or otherwise than it is declared.
+    pub fn new(gpu: &Gpu, shaders: &Shaders, kernels: &[&str], bound: &Bindings) -> Self {
+        let mut all = Interface::default();
+        for kernel in kernels {
+            let (_, interface) = shaders.source(kernel);
+            for entry in interface.entry_points.iter() {
+                all.entry_points.to_mut().push(entry.clone());
+            }
+            for binding in interface.group(0) {
+                if !all.bindings.contains(binding) {
+                    all.bindings.to_mut().push(binding.clone());
+                }
+            }
+        }
+        all.bindings.to_mut().sort_by_key(|binding| binding.binding);
+        let layout = layout_of(gpu, "scene", &all, 0, stages_of(&all), false);
+        let bindings = all.bindings.into_owned();
+        let group = group_of(gpu, &layout, &bindings, bound);
+        Self { bindings, layout, group }
+    }
+
+    /// Binds other resources in the same layout.
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn rebind(&mut self, gpu: &Gpu, bound: &Bindings) {
+        self.group = group_of(gpu, &self.layout, &self.bindings, bound);
+    }
+
     /// The group's layout.
-    pub layout: wgpu::BindGroupLayout,
+    pub fn layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layout
+    }
+
     /// The group.
-    pub group: wgpu::BindGroup,
+    pub fn group(&self) -> &wgpu::BindGroup {
+        &self.group
+    }
+}
+
+fn group_of(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    bindings: &[Binding],
+    bound: &Bindings,
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = bindings
+        .iter()
+        .map(|Binding { binding, name, .. }| {
+            let found = bound.iter().find(|(of, _)| of == name);
+            let (_, resource) =
+                found.unwrap_or_else(|| panic!("the scene's `{name}` has nothing bound to it"));
+            let resource = match *resource {
+                Resource::Buffer(buffer) => buffer.as_entire_binding(),
+                Resource::Texture(view) => wgpu::BindingResource::TextureView(view),
+                Resource::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
+                Resource::Tlas(tlas) => tlas.as_binding(),
+                Resource::Uniform(_) => panic!("the scene's `{name}` must be a buffer"),
+            };
+            wgpu::BindGroupEntry { binding: *binding, resource }
+        })
+        .collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("scene"),
+        layout,
+        entries: &entries,
+    })
 }
 
 /// What is bound to a variable.
@@ -572,11 +645,6 @@ impl RenderKernel {
 fn stages_of(interface: &Interface) -> wgpu::ShaderStages {
     let is_compute = interface.entry_points.iter().all(|entry| entry.stage == Stage::Compute);
     if is_compute { wgpu::ShaderStages::COMPUTE } else { wgpu::ShaderStages::VERTEX_FRAGMENT }
-}
-
-/// The layout of a kernel's group 0, for who makes the scene's.
-pub(crate) fn scene_layout(gpu: &Gpu, interface: &Interface) -> wgpu::BindGroupLayout {
-    layout_of(gpu, "scene", interface, 0, stages_of(interface), false)
 }
 
 fn layout_of(

@@ -24,7 +24,6 @@ use wgpu::{
 };
 
 pub(crate) use buffers::{buffer, extent, storage_buffer, target};
-pub(crate) use kernel::scene_layout;
 pub use kernel::{
     Bindings, ComputeCall, ComputeKernel, Dispatch, OwnedResource, RenderKernel, RenderState,
     Resource, SceneGroup,

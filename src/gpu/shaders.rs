@@ -55,7 +55,8 @@ impl Shaders {
         self.variant == other.variant
     }
 
-    fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
+    /// A kernel's text or IR, and what it binds. Panics as [`Self::module`] does.
+    pub(super) fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
         let variant = self.variant;
         let Some(row) = kernel(name, variant) else { panic!("there is no kernel `{name}`") };
         let Some(text) = row.composed else {
@@ -83,7 +84,8 @@ impl Shaders {
         self.variant == other.variant && self.own == other.own
     }
 
-    fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
+    /// A kernel's text or IR, and what it binds. Panics as [`Self::module`] does.
+    pub(super) fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
         use crate::shader::{Budget, RAY_QUERY, Target};
 
         let row = kernel(name, self.variant);

@@ -12,11 +12,10 @@ mod surroundings;
 use crate::bindings::lucerna::scene::data::{
     self as wgsl, MATERIAL_TEXELS, MATERIALS_PER_ROW, SceneInfo,
 };
-use crate::gpu::{Gpu, GpuError, Recorder, SceneGroup, Shaders, scene_layout};
-use crate::modules::kernel;
+use crate::gpu::{Bindings, Gpu, GpuError, Recorder, SceneGroup, Shaders};
 use crate::scene::{Light, Material, Scene, Sky};
 use crate::seam::{Change, PunctualLight, Revisions, SceneFacts, SceneSeam, Surroundings};
-use crate::shader::{Binding, Interface, NO_TEXTURES, RAY_QUERY, Variant};
+use crate::shader::{NO_TEXTURES, RAY_QUERY, Variant};
 use bytemuck::NoUninit;
 use glam::Vec3;
 use lights::{LightTable, MaterialEmission, SkyLight};
@@ -129,51 +128,28 @@ enum RayStructure {
 }
 
 impl Resources {
-    fn group(
-        &self,
-        gpu: &Gpu,
-        layout: &wgpu::BindGroupLayout,
-        interface: &Interface,
-    ) -> SceneGroup {
-        let entries: Vec<_> = interface
-            .group(0)
-            .map(|Binding { binding, name, .. }| wgpu::BindGroupEntry {
-                binding: *binding,
-                resource: match &**name {
-                    "scene" => self.info.as_entire_binding(),
-                    "triangles" => self.triangles.as_entire_binding(),
-                    "triangle_shading" => self.shading.as_entire_binding(),
-                    "material_words" => wgpu::BindingResource::TextureView(&self.materials),
-                    "lights" => self.lights.as_entire_binding(),
-                    "atlas" => wgpu::BindingResource::TextureView(&self.atlas),
-                    "sky_image" => wgpu::BindingResource::TextureView(&self.sky_image),
-                    "sky_distribution" => {
-                        wgpu::BindingResource::TextureView(&self.sky_distribution)
-                    }
-                    "bvh_nodes" | "acceleration" => match &self.rays {
-                        RayStructure::Nodes(nodes) => nodes.as_entire_binding(),
-                        RayStructure::Acceleration(tlas, _) => tlas.as_binding(),
-                    },
-                    other => unreachable!("the scene seam binds `{other}`"),
-                },
-            })
-            .collect();
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene"),
-            layout,
-            entries: &entries,
+    fn bindings(&self) -> Bindings<'_> {
+        let mut bindings: Bindings = vec![
+            ("scene", (&self.info).into()),
+            ("triangles", (&self.triangles).into()),
+            ("triangle_shading", (&self.shading).into()),
+            ("material_words", (&self.materials).into()),
+            ("lights", (&self.lights).into()),
+            ("atlas", (&self.atlas).into()),
+            ("sky_image", (&self.sky_image).into()),
+            ("sky_distribution", (&self.sky_distribution).into()),
+        ];
+        bindings.push(match &self.rays {
+            RayStructure::Nodes(nodes) => ("bvh_nodes", nodes.into()),
+            RayStructure::Acceleration(tlas, _) => ("acceleration", tlas.into()),
         });
-        SceneGroup { layout: layout.clone(), group }
+        bindings
     }
 }
 
 /// A kernel that asks all that the seam binds, and one that asks what the rasteriser needs.
 const ASKS_ALL: &str = "reference/path_trace";
 const ASKS_RASTER: &str = "frame/gbuffer";
-
-fn interface_of(name: &str, variant: Variant) -> &'static Interface {
-    &kernel(name, variant).expect("one of the crate's own kernels").interface
-}
 
 /// Bytes on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -264,11 +240,10 @@ impl GpuScene {
         let variant = Variant::BASELINE
             .with_if(options.rays == RaySource::RayQuery, RAY_QUERY)
             .with_if(atlas.n_images() == 0, NO_TEXTURES);
-        let all = interface_of(ASKS_ALL, variant);
-        let group = resources.group(gpu, &scene_layout(gpu, all), all);
+        let shaders = Shaders::new(variant);
+        let group = SceneGroup::new(gpu, &shaders, &[ASKS_ALL], &resources.bindings());
         // The raster stages ask no rays and draw no lights.
-        let raster = interface_of(ASKS_RASTER, variant);
-        let raster_group = resources.group(gpu, &scene_layout(gpu, raster), raster);
+        let raster_group = SceneGroup::new(gpu, &shaders, &[ASKS_RASTER], &resources.bindings());
         let mut made = Self {
             facts: SceneFacts {
                 bounds_min,
@@ -278,7 +253,7 @@ impl GpuScene {
                 ..SceneFacts::default()
             },
             revisions: Revisions::fresh(),
-            shaders: Shaders::new(variant),
+            shaders,
             info: SceneInfo {
                 bounds_min,
                 n_triangles: triangles.len() as u32,
@@ -410,11 +385,8 @@ impl GpuScene {
 
     /// Makes the bind groups of the resources that there are now.
     fn bind(&mut self, gpu: &Gpu) {
-        let variant = self.shaders.variant();
-        let all = interface_of(ASKS_ALL, variant);
-        self.group = self.resources.group(gpu, &self.group.layout, all);
-        let raster = interface_of(ASKS_RASTER, variant);
-        self.raster_group = self.resources.group(gpu, &self.raster_group.layout, raster);
+        self.group.rebind(gpu, &self.resources.bindings());
+        self.raster_group.rebind(gpu, &self.resources.bindings());
     }
 
     fn describe_sky(&mut self, sky: &Sky, textures: &sky::SkyTextures) {

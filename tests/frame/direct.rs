@@ -6,10 +6,11 @@ use crate::support::{
 };
 use crate::whole::{Rendered, accumulated, render};
 use glam::{DVec2, DVec3, UVec2, Vec3};
-use lucerna::frame::{NoIndirect, ViewSettings};
+use lucerna::frame::ViewSettings;
 use lucerna::gpu_scene::{GpuScene, RaySource};
 use lucerna::scene::{AlphaMode, Camera, Light, LoadLimits, Material, Projection, Scene, Sky};
 use lucerna::settings;
+use lucerna::techniques::NoIndirect;
 use lucerna::techniques::reference::{Channel, PixelSums, ReferenceSettings, resolve};
 use std::f64::consts::PI;
 use std::path::Path;

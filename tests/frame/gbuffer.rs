@@ -167,6 +167,7 @@ fn texels(found: &Rendered) -> Vec<Texels> {
 }
 
 fn decode(view: &View, texels: &[Texels]) -> Vec<Decoded> {
+    let uniform = crate::harness::uniform(bytemuck::bytes_of(view.data()));
     map_with(
         "#import lucerna::frame::gbuffer::{GBufferTexels, decode_gbuffer}
         #import lucerna::frame::view::FrameView
@@ -189,7 +190,7 @@ fn decode(view: &View, texels: &[Texels]) -> Vec<Decoded> {
             );
         }",
         texels,
-        &[wgpu::BindGroupEntry { binding: 2, resource: view.uniform().as_entire_binding() }],
+        &[wgpu::BindGroupEntry { binding: 2, resource: uniform.as_entire_binding() }],
     )
 }
 
@@ -360,19 +361,11 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
 
 /// Another frame from another camera, into the same targets.
 fn render_again(found: &mut Rendered, world: &GpuScene, camera: &Camera) {
-    let gpu = crate::harness::gpu();
+    let Rendered { passes, view, .. } = found;
     // Of two frames: with jitter.
-    found.view.advance(gpu, world, camera, &accumulated(2, 0));
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let mut frame = lucerna::frame::Frame {
-        gpu,
-        encoder: &mut encoder,
-        scene: world,
-        view: &found.view,
-        timers: None,
-    };
-    found.passes.record(&mut frame, &mut lucerna::frame::NoIndirect).unwrap();
-    gpu.queue.submit([encoder.finish()]);
+    view.advance(world, camera, &accumulated(2, 0));
+    let technique = &mut lucerna::techniques::NoIndirect;
+    crate::harness::submit(|recorder| passes.record(recorder, world, view, technique)).unwrap();
 }
 
 #[test]

@@ -5,8 +5,9 @@ use crate::harness::{gpu, read};
 use crate::support::{add_texture, diffuse, emitter, lambert, look_down, quad, scene};
 use crate::whole::{Rendered, accumulated, render};
 use glam::{UVec2, Vec3};
-use lucerna::frame::{NoIndirect, ViewSettings};
+use lucerna::frame::ViewSettings;
 use lucerna::scene::{AlphaMode, Camera, Material, Mesh, Projection, Sky};
+use lucerna::techniques::NoIndirect;
 use lucerna::techniques::reference::Channel;
 
 /// A horizontal rectangle that faces up.

@@ -5,10 +5,11 @@ use crate::support::{floor, lambert, look_down, quad, scene};
 use crate::whole::{Rendered, accumulated};
 use glam::{UVec2, Vec3};
 use lucerna::components::shadow_maps::{ShadowError, ShadowFiltering, ShadowMaps, ShadowSettings};
-use lucerna::frame::{DirectPass, DirectSettings, NoIndirect};
+use lucerna::frame::{DirectPass, DirectSettings};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::scene::{AlphaMode, Camera, Light, Material, Scene};
 use lucerna::settings;
+use lucerna::techniques::NoIndirect;
 use lucerna::techniques::reference::Channel;
 
 fn upload(world: &Scene) -> GpuScene {
@@ -27,9 +28,9 @@ fn direct(
     let mut rendered = Rendered::new(&on_gpu, size, 4);
     if let Some(shadows) = shadows {
         let maps = ShadowMaps::new(gpu(), &on_gpu, shadows).unwrap();
-        let (binding, settings) = (maps.binding(gpu()), DirectSettings::default());
+        let settings = DirectSettings::default();
         rendered.passes.direct =
-            DirectPass::with_shadows(gpu(), &on_gpu, size, settings, &binding).unwrap();
+            DirectPass::new(gpu(), &on_gpu, size, settings, &maps.visibility());
         rendered.passes.shadow_maps = Some(maps);
     }
     rendered.run(&on_gpu, camera, accumulated(1, 0), &mut NoIndirect);

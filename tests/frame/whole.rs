@@ -1,16 +1,17 @@
 //! Frames as a whole: rendering helpers, repeatability, empty scenes, what is not finite, sums.
 
-use crate::harness::{gpu, read};
+use crate::harness::{gpu, read, submit};
 use crate::support::{diffuse, emitter, floor, lambert, look_down, scene};
 use glam::{UVec2, Vec3};
-use lucerna::frame::{
-    DirectSettings, Frame, FramePasses, GBuffer, NoIndirect, PassTimers, Technique, View,
-    ViewSettings,
-};
+use lucerna::components::voxel_light::Eye;
+use lucerna::frame::{DirectSettings, FramePasses, Pixels, View, ViewSettings};
+use lucerna::gpu::{PassTimers, Recorder};
 use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::{Camera, Light, Scene, Sky};
+use lucerna::seam::SceneSeam;
 use lucerna::settings;
 use lucerna::techniques::reference::{Channel, PixelSums, resolve};
+use lucerna::techniques::{NoIndirect, Setting, SettingValue, Technique, TechniqueError};
 
 /// Frames of a still camera.
 pub struct Rendered {
@@ -55,7 +56,7 @@ impl Rendered {
     pub fn new(world: &GpuScene, size: UVec2, n_samples: u32) -> Self {
         let direct = settings!(DirectSettings { n_samples, ..Default::default() });
         let passes = FramePasses::new(gpu(), world, size, direct).unwrap();
-        Self { size, passes, view: View::new(gpu(), size), sums: Vec::new(), n_rejected: 0 }
+        Self { size, passes, view: View::new(size), sums: Vec::new(), n_rejected: 0 }
     }
 
     /// Renders anew.
@@ -66,16 +67,11 @@ impl Rendered {
         settings: ViewSettings,
         technique: &mut impl Technique,
     ) {
-        let gpu = gpu();
         self.passes.accumulator.reset();
         self.view.restart();
         for _ in 0..settings.n_accumulated {
-            self.view.advance(gpu, world, camera, &settings);
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            let mut frame =
-                Frame { gpu, encoder: &mut encoder, scene: world, view: &self.view, timers: None };
-            self.passes.record(&mut frame, technique).unwrap();
-            gpu.queue.submit([encoder.finish()]);
+            self.view.advance(world, camera, &settings);
+            submit(|recorder| self.passes.record(recorder, world, &self.view, technique)).unwrap();
         }
         let stripes = self.passes.accumulator.film().stripes();
         self.sums = stripes
@@ -172,12 +168,8 @@ fn beauty_is_the_mean_of_the_sums_and_reset_begins_anew() {
     assert!(found.sums.iter().all(|pixel| pixel.n_samples == 5));
 
     found.passes.accumulator.reset();
-    let gpu = gpu();
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let mut frame =
-        Frame { gpu, encoder: &mut encoder, scene: &world, view: &found.view, timers: None };
-    found.passes.record(&mut frame, &mut NoIndirect).unwrap();
-    gpu.queue.submit([encoder.finish()]);
+    let Rendered { passes, view, .. } = &mut found;
+    submit(|recorder| passes.record(recorder, &world, view, &mut NoIndirect)).unwrap();
     let stripe = &found.passes.accumulator.film().stripes()[0];
     let sums: Vec<PixelSums> = bytemuck::pod_collect_to_vec(&read(&stripe.sums));
     assert!(sums.iter().all(|pixel| pixel.n_samples == 1), "sums did not begin anew");
@@ -228,16 +220,35 @@ struct Glow {
 }
 
 impl Technique for Glow {
-    type Error = std::convert::Infallible;
+    fn name(&self) -> &'static str {
+        "glow"
+    }
 
-    fn update(&mut self, frame: &mut Frame) -> Result<(), Self::Error> {
-        assert_eq!(frame.view.frame_ix() as usize, self.n_updates);
+    fn update(
+        &mut self,
+        _: &mut Recorder,
+        _: &dyn SceneSeam,
+        _: &Eye,
+    ) -> Result<(), TechniqueError> {
         self.n_updates += 1;
         Ok(())
     }
 
-    fn shade(&mut self, _: &mut Frame, _: &GBuffer) -> Option<wgpu::TextureView> {
-        Some(self.textures[self.n_updates % 2].clone())
+    fn shade(
+        &mut self,
+        recorder: &mut Recorder,
+        pixels: &Pixels,
+        target: &wgpu::TextureView,
+    ) -> Result<(), TechniqueError> {
+        assert_eq!(pixels.view.frame_ix() as usize, self.n_updates - 1);
+        let (from, to) = (self.textures[self.n_updates % 2].texture(), target.texture());
+        let (from, to) = (from.as_image_copy(), to.as_image_copy());
+        recorder.encoder().copy_texture_to_texture(from, to, target.texture().size());
+        Ok(())
+    }
+
+    fn settings(&self) -> Vec<(Setting, SettingValue)> {
+        Vec::new()
     }
 }
 
@@ -259,7 +270,7 @@ fn a_techniques_light_is_indirect_and_its_nan_is_left_out() {
                     sample_count: 1,
                     dimension: wgpu::TextureDimension::D2,
                     format: wgpu::TextureFormat::Rgba32Float,
-                    usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                    usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC,
                     view_formats: &[],
                 },
                 Default::default(),
@@ -287,19 +298,15 @@ fn timers_name_every_pass() {
     let world = diffuse(&lit_room());
     let size = UVec2::splat(16);
     let mut passes = FramePasses::new(gpu(), &world, size, DirectSettings::default()).unwrap();
-    let mut view = View::new(gpu(), size);
+    let mut view = View::new(size);
     for _ in 0..2 {
-        view.advance(gpu(), &world, &look_down(3.0, 2.0), &accumulated(2, 0));
+        view.advance(&world, &look_down(3.0, 2.0), &accumulated(2, 0));
         timers.begin_frame();
         let mut encoder = gpu().device.create_command_encoder(&Default::default());
-        let mut frame = Frame {
-            gpu: gpu(),
-            encoder: &mut encoder,
-            scene: &world,
-            view: &view,
-            timers: Some(&mut timers),
-        };
-        passes.record(&mut frame, &mut NoIndirect).unwrap();
+        {
+            let recorder = &mut Recorder::timed(gpu(), &mut encoder, Some(&mut timers));
+            passes.record(recorder, &world, &view, &mut NoIndirect).unwrap();
+        }
         timers.resolve(&mut encoder);
         gpu().queue.submit([encoder.finish()]);
     }

@@ -1,13 +1,13 @@
 //! Cones: the medium that voxels are, sets of cones, prefiltering, and tracing.
 
-use crate::harness::{Random, gpu, map, read, storage};
+use crate::harness::{Random, gpu, map, read, storage, submit};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4, UVec3, Vec3, Vec4};
 use half::f16;
-use lucerna::components::voxels::VoxelGrid;
-use lucerna::techniques::voxel_cone::{
+use lucerna::components::voxel_pyramid::{
     Cone, ConeResult, ConeStepping, PrefilterPass, Pyramid, PyramidStorage, TracePass,
 };
+use lucerna::components::voxels::VoxelGrid;
 
 /// `OPAQUE_DEPTH` of `cone/medium.wgsl`.
 const OPAQUE: f64 = 3.25;
@@ -227,9 +227,8 @@ fn grid(size: UVec3, n_faces: u32) -> VoxelGrid {
 }
 
 fn prefiltered(pyramid: &Pyramid) {
-    let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    PrefilterPass::new(gpu(), pyramid).record(&mut encoder, None);
-    gpu().queue.submit([encoder.finish()]);
+    let pass = PrefilterPass::new(gpu(), pyramid);
+    submit(|recorder| pass.record(recorder, pyramid));
 }
 
 /// The texels of a volume, x fastest.
@@ -261,7 +260,9 @@ fn texels_of(pyramid: &Pyramid, volume: usize) -> Vec<[f64; 4]> {
         gpu().queue.submit([encoder.finish()]);
         (read(&buffer), stride)
     } else {
-        (read(pyramid.buffer(volume).unwrap()), row)
+        let bytes = |size: UVec3| 8 * size.element_product() as usize;
+        let first: usize = pyramid.volume_sizes()[..volume].iter().copied().map(bytes).sum();
+        (read(pyramid.buffer().unwrap())[first..first + bytes(size)].to_vec(), row)
     };
     let texel = |bytes: &[u8]| {
         std::array::from_fn(|k| f16::from_ne_bytes([bytes[2 * k], bytes[2 * k + 1]]).to_f64())
@@ -436,10 +437,8 @@ fn trace(pyramid: &Pyramid, cones: &[Cone], stepping: ConeStepping, near: f32) -
     let inputs = storage(bytemuck::cast_slice(cones));
     let outputs = storage(&vec![0xa5; cones.len() * size_of::<ConeResult>()]);
     let pass = TracePass::new(gpu(), pyramid);
-    let mut encoder = gpu().device.create_command_encoder(&Default::default());
     let n = cones.len() as u32;
-    pass.record(gpu(), &mut encoder, &inputs, &outputs, n, stepping, near, None);
-    gpu().queue.submit([encoder.finish()]);
+    submit(|recorder| pass.record(recorder, pyramid, &inputs, &outputs, n, stepping, near));
     bytemuck::pod_collect_to_vec(&read(&outputs)[..cones.len() * size_of::<ConeResult>()])
 }
 

@@ -1,6 +1,6 @@
 //! The scene seam's rays: both implementations against a brute-force oracle and each other.
 
-use crate::harness::{Random, gpu, ray_query_gpu, read, storage};
+use crate::harness::{Random, gpu, ray_query_gpu, read, storage, submit};
 use crate::texture_oracle;
 use glam::{Affine2, Affine3A, DVec3, Vec2, Vec3, Vec4};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
@@ -67,10 +67,8 @@ pub fn trace(scene: &GpuScene, question: RayQuestion, rays: &[Ray]) -> Vec<u8> {
         RayQuestion::Any => 4,
     };
     let answers = storage(&vec![0xcd; rays.len() * bytes]);
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let n = rays.len() as u32;
-    kernel.record(gpu, &mut encoder, scene, &ray_buffer, &answers, n, None);
-    gpu.queue.submit([encoder.finish()]);
+    submit(|recorder| kernel.record(recorder, scene, &ray_buffer, &answers, n)).unwrap();
     read(&answers)[..rays.len() * bytes].to_vec()
 }
 

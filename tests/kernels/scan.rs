@@ -1,6 +1,6 @@
 //! Prefix sums against the CPU.
 
-use crate::harness::{Random, gpu, read, storage};
+use crate::harness::{Random, gpu, read, storage, submit};
 use lucerna::components::voxels::Scan;
 
 fn scanned(numbers: &[u32], n: u32) -> Vec<u32> {
@@ -8,12 +8,7 @@ fn scanned(numbers: &[u32], n: u32) -> Vec<u32> {
     let buffer = storage(bytemuck::cast_slice(numbers));
     let scan = Scan::new(gpu);
     let plan = scan.plan(gpu, &buffer, n).unwrap();
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        scan.record(&mut pass, &plan);
-    }
-    gpu.queue.submit([encoder.finish()]);
+    submit(|recorder| scan.record(&mut recorder.compute("scan"), &plan));
     bytemuck::cast_slice(&read(&buffer)[..4 * numbers.len()]).to_vec()
 }
 

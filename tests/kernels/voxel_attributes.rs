@@ -1,6 +1,6 @@
 //! What voxels look like, against clipping in f64.
 
-use crate::harness::{Random, gpu, map, read};
+use crate::harness::{Random, gpu, map, read, submit};
 use crate::rays::random_triangles;
 use glam::{Affine2, Affine3A, DVec3, UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
 use lucerna::components::voxels::{
@@ -11,14 +11,12 @@ use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::scene::{
     AlphaMode, Filter, Image, Instance, Material, Mesh, Scene, Texture, TextureRef, Wrap,
 };
-use lucerna::settings;
 use std::collections::BTreeMap;
 
 /// What is tested is how colours are averaged: they are reflected as they are.
-const LAMBERT: GpuSceneOptions = settings!(GpuSceneOptions {
-    diffuse_only: true,
-    rays: lucerna::gpu_scene::RaySource::Software
-});
+fn lambert_options() -> GpuSceneOptions {
+    GpuSceneOptions::default().diffuse_only(true)
+}
 
 /// The triangle's part in a box, as a polygon: cut by half-spaces in f64.
 fn clipped(corners: [DVec3; 3], low: DVec3, high: DVec3) -> Vec<DVec3> {
@@ -143,10 +141,10 @@ fn attributes(scene: &GpuScene, grid: VoxelGrid, scratch: u64) -> (Vec<UVec3>, V
     let attributes = VoxelAttributes::with_scratch(gpu(), scene, &voxelizer, scratch).unwrap();
     // Twice: sums must be zero again.
     for _ in 0..2 {
-        let mut encoder = gpu().device.create_command_encoder(&Default::default());
-        voxelizer.record(&mut encoder, scene, Triangles::All, None).unwrap();
-        attributes.record(&mut encoder, scene, &voxelizer, None).unwrap();
-        gpu().queue.submit([encoder.finish()]);
+        submit(|recorder| {
+            voxelizer.record(recorder, scene, Triangles::All).unwrap();
+            attributes.record(recorder, scene, &voxelizer).unwrap();
+        });
     }
     let counts: VoxelCounts =
         bytemuck::pod_read_unaligned(&read(voxelizer.counts())[..size_of::<VoxelCounts>()]);
@@ -272,7 +270,7 @@ fn check(n_faces: u32) {
     let triangles: Vec<_> = random_triangles(800, 6.0, 41);
     let (min, max) = (Vec3::splat(-9.0), Vec3::splat(9.0));
     let grid = grid_for_bounds(min, max, Resolution::Longest(22), n_faces, Some(10_648)).unwrap();
-    let scene = GpuScene::new(gpu(), &scene_of(&triangles), LAMBERT).unwrap();
+    let scene = GpuScene::new(gpu(), &scene_of(&triangles), lambert_options()).unwrap();
     let expected = sums_in_f64(&grid, &triangles);
     let (cells, records) = attributes(&scene, grid, 128 << 20);
     let unit = 2f64.powi(-18);
@@ -337,7 +335,7 @@ fn voxel_records_do_not_depend_on_order() {
     let grid = grid_for_bounds(min, max, Resolution::Longest(30), 6, None).unwrap();
     let run = |triangles: &[[Vec3; 3]], scratch| {
         let scene = scene_of(triangles);
-        attributes(&GpuScene::new(gpu(), &scene, LAMBERT).unwrap(), grid, scratch)
+        attributes(&GpuScene::new(gpu(), &scene, lambert_options()).unwrap(), grid, scratch)
     };
     let first = run(&triangles, 128 << 20);
     assert!(first.0.len() > 1000);
@@ -409,7 +407,7 @@ fn one_sheet_has_two_faces() {
             ..Material::default()
         };
         let scene = quad(sheet(3.5), material);
-        let scene = GpuScene::new(gpu(), &scene, LAMBERT).unwrap();
+        let scene = GpuScene::new(gpu(), &scene, lambert_options()).unwrap();
         let (cells, records) = attributes(&scene, cells_of_a_metre(6), 128 << 20);
         for (slot, cell) in cells.iter().enumerate() {
             assert_eq!(cell.y, 4);
@@ -463,7 +461,7 @@ fn textures_are_averaged_over_a_voxel() {
             wrap_v: Wrap::Clamp,
             filter: Filter::Linear,
         }];
-        let scene = GpuScene::new(gpu(), &scene, LAMBERT).unwrap();
+        let scene = GpuScene::new(gpu(), &scene, lambert_options()).unwrap();
         let (cells, records) = attributes(&scene, cells_of_a_metre(6), 128 << 20);
         for (slot, cell) in cells.iter().enumerate() {
             let inside = (1..9).contains(&cell.x) && (1..9).contains(&cell.z);

@@ -1,14 +1,16 @@
 //! The kernels that go over the records of `voxel-rt`'s cache: carry, walls, publish.
 
-use crate::harness::{Random, gpu, read};
+use crate::harness::{Random, gpu, read, submit};
 use bytemuck::Zeroable;
 use glam::{IVec3, UVec3, Vec3};
-use lucerna::bindings::baseline::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
-use lucerna::components::voxels::{VoxelCounts, VoxelGrid};
-use lucerna::techniques::voxel_rt::{
+use lucerna::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
+use lucerna::components::voxel_light::{
     CacheBuffers, CarryInfo, CarryPass, FaceLight, PublishInfo, PublishPass, WallsInfo, WallsPass,
     sparse_grid,
 };
+use lucerna::components::voxels::{RECORD_GROUPS_OFFSET, VOXEL_GROUPS_OFFSET};
+use lucerna::components::voxels::{VoxelCounts, VoxelGrid};
+use lucerna::gpu::{ComputeRecorder, Dispatch};
 use std::collections::HashMap;
 
 /// Two levels, of which the second one is looked at: everything of it stands behind the first one's.
@@ -90,10 +92,16 @@ impl Rig {
         Self { buffers, grid, cells, first_word, first_record, lights, counts: indirect }
     }
 
-    fn run(&self, record: impl FnOnce(&mut wgpu::ComputePass)) {
-        let mut encoder = gpu().device.create_command_encoder(&Default::default());
-        record(&mut encoder.begin_compute_pass(&Default::default()));
-        gpu().queue.submit([encoder.finish()]);
+    fn run(&self, record: impl FnOnce(&mut ComputeRecorder)) {
+        submit(|recorder| record(&mut recorder.compute("test")));
+    }
+
+    fn slots(&self) -> Dispatch<'_> {
+        Dispatch::Indirect(&self.counts, VOXEL_GROUPS_OFFSET)
+    }
+
+    fn records(&self) -> Dispatch<'_> {
+        Dispatch::Indirect(&self.counts, RECORD_GROUPS_OFFSET)
     }
 
     fn words(&self) -> Vec<[u32; 2]> {
@@ -131,14 +139,14 @@ fn walled(word: u32, axis: usize, negative: bool) -> bool {
 fn publishes(n_faces: u32) {
     let mut random = Random(31);
     let rig = Rig::new(&mut random, n_faces, random_record, |random| random.bits() as u32 & 63);
-    let publish = PublishPass::new(gpu(), &rig.buffers);
+    let publish = PublishPass::new(gpu());
     let slots: HashMap<IVec3, usize> =
         rig.cells.iter().enumerate().map(|(slot, cell)| (cell.as_ivec3(), slot)).collect();
     let words = rig.words();
     let light_rays = 150.0f32;
     for feedback in [0, 1] {
         let info = PublishInfo { level: LEVEL, feedback, light_rays, reserved: 0 };
-        rig.run(|pass| publish.record(gpu(), pass, &info, (&rig.counts, 32)));
+        rig.run(|pass| publish.record(pass, &rig.buffers, &info, rig.records()));
         let reflected: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(&rig.buffers.reflected));
         let shown: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(&rig.buffers.shown));
         let untouched = |records: &[[f32; 4]]| {
@@ -250,9 +258,9 @@ fn carried_records_stay_with_their_cells() {
         all.truncate(room);
         queue.write_buffer(&rig.buffers.structure_before, 0, bytemuck::cast_slice(&all));
         queue.write_buffer(&rig.buffers.lights_before, 0, bytemuck::cast_slice(&rig.lights));
-        let carry = CarryPass::new(gpu(), &rig.buffers);
+        let carry = CarryPass::new(gpu());
         let info = CarryInfo { shift, level: LEVEL };
-        rig.run(|pass| carry.record(gpu(), pass, &info, (&rig.counts, 16)));
+        rig.run(|pass| carry.record(pass, &rig.buffers, &info, rig.slots()));
         let after: Vec<FaceLight> = bytemuck::pod_collect_to_vec(&read(&rig.buffers.lights));
         let mut n_kept = 0;
         for (slot, cell) in rig.cells.iter().enumerate() {
@@ -299,9 +307,9 @@ fn walls_and_rejected_samples_are_noted() {
             ..FaceLight::zeroed()
         };
         let rig = Rig::new(&mut random, n_faces, record, |_| 0x3ffff);
-        let walls = WallsPass::new(gpu(), &rig.buffers);
+        let walls = WallsPass::new(gpu());
         let info = WallsInfo { level: LEVEL, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
-        rig.run(|pass| walls.record(gpu(), pass, &info, (&rig.counts, 16)));
+        rig.run(|pass| walls.record(pass, &rig.buffers, &info, rig.slots()));
         let words = rig.words();
         assert_eq!(cells_of(&words), rig.cells);
         for (slot, word) in words.iter().enumerate() {

@@ -1,20 +1,21 @@
 //! Write strategies and the injection of irradiance into voxels.
 
-use crate::harness::{Random, gpu, map, read, storage};
+use crate::harness::{Random, gpu, map, read, storage, submit};
 use bytemuck::{AnyBitPattern, NoUninit};
 use glam::{Affine3A, DVec3, UVec2, UVec3, Vec3};
-use lucerna::bindings::baseline::kernels::voxel_light::inject as kernel;
-use lucerna::bindings::baseline::lucerna::components::voxel_light::accumulator as layout;
+use lucerna::bindings::kernels::voxel_light::inject as kernel;
+use lucerna::bindings::lucerna::components::voxel_light::accumulator as layout;
+use lucerna::components::voxel_light::{
+    InjectError, Injection, InjectionSource, RejectedSamples, VoxelInjector, VoxelIrradiance,
+    VoxelSample, WriteStrategy, sparse_grid,
+};
 use lucerna::components::voxels::VoxelGrid;
 use lucerna::frame::{View, ViewSettings};
 use lucerna::gpu::GpuError;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::scene::{Camera, Instance, Light, Material, Mesh, Projection, Scene, Sky};
 use lucerna::settings;
-use lucerna::techniques::voxel_rt::{
-    InjectError, Injection, InjectionSource, RejectedSamples, VoxelInjector, VoxelIrradiance,
-    VoxelSample, WriteStrategy, sparse_grid,
-};
+use lucerna::shader::Variant;
 use std::f64::consts::PI;
 use wgpu::util::DeviceExt;
 
@@ -262,11 +263,7 @@ fn raw(
     scale: f32,
 ) -> Vec<u32> {
     let gpu = gpu();
-    let text = lucerna::kernels()
-        .iter()
-        .find(|k| k.name == "voxel_light/inject" && k.variant.is_empty())
-        .and_then(|k| k.composed)
-        .unwrap();
+    let text = lucerna::kernel("voxel_light/inject", Variant::BASELINE).unwrap().composed.unwrap();
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl(text.into()),
@@ -437,7 +434,7 @@ impl Rig {
         let volume =
             VoxelIrradiance::new(gpu(), grid, &storage(bytemuck::cast_slice(structure)), strategy)
                 .unwrap();
-        let injector = VoxelInjector::new(gpu(), &scene, &volume, 4);
+        let injector = VoxelInjector::new(gpu(), &scene, strategy);
         let cells = structure[grid.bricks.element_product() as usize..]
             .iter()
             .map(|&[cell, _]| UVec3::new(cell & 1023, cell >> 10 & 1023, cell >> 20))
@@ -447,13 +444,10 @@ impl Rig {
 
     /// Means of all records, and what was left out.
     fn run(&self, injections: &[Injection]) -> (Vec<[f32; 4]>, RejectedSamples) {
-        let gpu = gpu();
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        self.volume.clear_counters(&mut encoder);
-        self.injector
-            .record(gpu, &mut encoder, &self.scene, &self.volume, injections, None)
-            .unwrap();
-        gpu.queue.submit([encoder.finish()]);
+        submit(|recorder| {
+            self.volume.clear_counters(recorder.encoder());
+            self.injector.record(recorder, &self.scene, &self.volume, injections).unwrap();
+        });
         let accumulators = read(self.volume.accumulators());
         assert!(accumulators[32..].iter().all(|&b| b == 0), "resolving empties the accumulators");
         (
@@ -744,7 +738,7 @@ fn directional_light_falls_by_the_cosine() {
 
 fn camera_rays(view: &View, largest: f32) -> Injection<'_> {
     Injection {
-        source: InjectionSource::Camera(view),
+        source: InjectionSource::Camera(&view.data().camera),
         n_rays: 512,
         seed: 3,
         largest_irradiance: largest,
@@ -761,8 +755,8 @@ fn view_from(scene: &GpuScene, height: f32) -> View {
         projection: Projection::Orthographic { half_height: 4.0 },
     };
     let settings = ViewSettings::default();
-    let mut view = View::new(gpu(), UVec2::splat(512));
-    view.advance(gpu(), scene, &camera, &settings);
+    let mut view = View::new(UVec2::splat(512));
+    view.advance(scene, &camera, &settings);
     view
 }
 
@@ -929,12 +923,10 @@ fn what_cannot_be_is_refused() {
     let rig = Rig::new(&point_scene(), grid, &structure, WriteStrategy::Exact);
     let gpu = gpu();
     let record = |injections: &[Injection]| {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        rig.injector.record(gpu, &mut encoder, &rig.scene, &rig.volume, injections, None)
+        submit(|recorder| rig.injector.record(recorder, &rig.scene, &rig.volume, injections))
     };
     let good = light_rays(0, 1.0);
     assert!(matches!(record(&[light_rays(1, 1.0)]), Err(InjectError::NoSuchLight { .. })));
-    assert!(matches!(record(&[good; 5]), Err(InjectError::TooManyInjections { .. })));
     assert!(matches!(record(&[light_rays(0, f32::NAN)]), Err(InjectError::LargestValue(_))));
     let many = Injection { n_rays: 65_536, ..good };
     assert!(matches!(record(&[many]), Err(InjectError::TooManySamples { .. })));

@@ -1,6 +1,6 @@
 //! The voxelizer against separating axes in f64, and what it promises of its structure.
 
-use crate::harness::{Random, gpu, map, read};
+use crate::harness::{Random, gpu, map, read, submit};
 use crate::rays::{random_triangles, soup};
 use glam::{DVec3, UVec3, Vec3};
 use lucerna::components::voxels::{
@@ -9,12 +9,6 @@ use lucerna::components::voxels::{
 };
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::scene::{Instance, Scene};
-
-fn submit(record: impl FnOnce(&mut wgpu::CommandEncoder)) {
-    let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    record(&mut encoder);
-    gpu().queue.submit([encoder.finish()]);
-}
 
 fn on_gpu(scene: &Scene) -> GpuScene {
     GpuScene::new(gpu(), scene, GpuSceneOptions::default()).unwrap()
@@ -115,7 +109,7 @@ fn oracle(grid: &VoxelGrid, triangles: &[[Vec3; 3]]) -> Oracle {
 
 fn gpu_counts(scene: &GpuScene, grid: VoxelGrid) -> Vec<u32> {
     let counter = TriangleCounter::new(gpu(), scene, grid).unwrap();
-    submit(|encoder| counter.record(encoder, scene, Triangles::All).unwrap());
+    submit(|recorder| counter.record(recorder, scene, Triangles::All).unwrap());
     let n = 4 * grid.size.element_product() as usize;
     bytemuck::cast_slice(&read(counter.counts())[..n]).to_vec()
 }
@@ -161,7 +155,7 @@ fn voxels(voxelizer: &Voxelizer) -> (Vec<UVec3>, VoxelCounts) {
 fn voxelized(scene: &GpuScene, grid: VoxelGrid, order: &[Triangles]) -> Voxelizer {
     let voxelizer = Voxelizer::new(gpu(), scene, grid).unwrap();
     for &triangles in order {
-        submit(|encoder| voxelizer.record(encoder, scene, triangles, None).unwrap());
+        submit(|recorder| voxelizer.record(recorder, scene, triangles).unwrap());
     }
     voxelizer
 }

@@ -1,17 +1,19 @@
 //! Small scenes, pictures of them with their statistical error, and the comparison.
 
-use crate::harness::{gpu, read};
+use crate::harness::{gpu, read, submit};
 use glam::{Affine3A, DVec2, DVec3, UVec2, Vec2, Vec3};
 use lucerna::blocking::read_path_counts;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::scene::{
     Camera, Filter, Image, Instance, Material, Mesh, Projection, Scene, Texture, TextureRef, Wrap,
 };
+use lucerna::seam::SceneSeam;
 use lucerna::settings;
+use lucerna::shader::Variant;
 use lucerna::techniques::reference::{
     Channel, Film, PathTracer, PixelSums, ReferenceSettings, UnfinishedPaths, Work, resolve,
 };
-use std::sync::OnceLock;
+use std::sync::Mutex;
 
 /// A quad, counter-clockwise seen from its front, with texture coordinates (0,0) (0,1) (1,1) (1,0).
 pub fn quad(corners: [[f32; 3]; 4], material: usize) -> Mesh {
@@ -114,15 +116,15 @@ pub fn on_gpu(scene: &Scene, diffuse_only: bool, rays: RaySource) -> GpuScene {
 
 /// One kernel a variant serves all tests.
 fn tracer(scene: &GpuScene) -> &'static PathTracer {
-    static UNTEXTURED: OnceLock<PathTracer> = OnceLock::new();
-    static TEXTURED: OnceLock<PathTracer> = OnceLock::new();
-    static RAY_QUERY: OnceLock<PathTracer> = OnceLock::new();
-    let cell = match scene.variant() {
-        "untextured" => &UNTEXTURED,
-        "" => &TEXTURED,
-        _ => &RAY_QUERY,
-    };
-    cell.get_or_init(|| PathTracer::new(gpu(), scene))
+    static TRACERS: Mutex<Vec<(Variant, &PathTracer)>> = Mutex::new(Vec::new());
+    let variant = scene.shaders().variant();
+    let mut tracers = TRACERS.lock().unwrap();
+    if let Some((_, tracer)) = tracers.iter().find(|(known, _)| *known == variant) {
+        return tracer;
+    }
+    let tracer = Box::leak(Box::new(PathTracer::new(gpu(), scene)));
+    tracers.push((variant, tracer));
+    tracer
 }
 
 /// Renders the given cuts of the work, one submission each, or more where the driver bounds loops.
@@ -139,19 +141,9 @@ pub fn render_cut(
     for &work in cuts {
         let mut work = work;
         loop {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            tracer(scene).record(
-                gpu,
-                &mut encoder,
-                scene,
-                &film,
-                &rest,
-                camera,
-                settings,
-                work,
-                None,
-            );
-            gpu.queue.submit([encoder.finish()]);
+            let tracer = tracer(scene);
+            submit(|recorder| tracer.record(recorder, scene, &film, &rest, camera, settings, work))
+                .unwrap();
             let counts = read_path_counts(gpu, &rest).unwrap();
             assert_eq!(counts.n_cut, 0, "a ray was too long for this driver");
             if counts.n_unfinished == 0 {

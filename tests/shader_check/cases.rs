@@ -24,9 +24,9 @@ const fn one(
 
 const A: &str = "math/a.wgsl";
 const K: &str = "kernels/k.wgsl";
-const SCENE: &str = "host/scene.wgsl";
-const RAYS: &str = "host/rays.wgsl";
-const OVERLAY: &str = "variants/ray_query/host/rays.wgsl";
+const SCENE: &str = "scene/scene.wgsl";
+const RAYS: &str = "scene/rays.wgsl";
+const OVERLAY: &str = "variants/rays/ray_query/scene/rays.wgsl";
 
 #[rustfmt::skip]
 pub const CASES: &[Case] = &[
@@ -40,7 +40,7 @@ pub const CASES: &[Case] = &[
     one("type_error_inside_statement", &[(Validation, K, 9, 17, "Multiply can't work")], &[(K, "2u", "2.0")]),
     one("type_error_after_imported_names", &[(Compose, K, 9, 28, "identifier: `missing`")], &[(K, "missing", "1.0")]),
     one("unknown_identifier", &[(Compose, A, 5, 12, "identifier: `TWO`")], &[(A, "TWO", "2.0")]),
-    one("unknown_item", &[(Compose, K, 7, 17, "`lucerna::math::a::thrice`")], &[(K, "thrice", "twice")]),
+    one("unknown_item", &[(ImportMissing, K, 1, 9, "`lucerna::math::a` has no `thrice`")], &[(K, "thrice", "twice")]),
 
     // Imports.
     one("import_missing", &[(ImportMissing, K, 2, 9, "`lucerna::math::b`")],
@@ -88,14 +88,30 @@ pub const CASES: &[Case] = &[
         &[(A, "maths", "math")]),
     one("import_path_in_kernel", &[(ImportPath, K, 1, 1, "a kernel has no import path")],
         &[(K, "#define_import_path lucerna::kernels::k", "")]),
-    one("seam_group_1", &[(BindGroup, SCENE, 3, 1, "owns group 0 alone, not 1")],
+    one("seam_group_1", &[(BindGroup, SCENE, 3, 1, "owns groups 0 and 2 alone, not 1")],
         &[(SCENE, "@group(1)", "@group(0)")]),
-    one("field_group_1", &[(BindGroup, "fields/light.wgsl", 3, 1, "fields bind in group 2 alone, not in 1")],
-        &[("fields/light.wgsl", "@group(1)", "@group(2)")]),
+    one("field_group_1", &[(BindGroup, "fields/light.wgsl", 3, 1, "fields bind in group 3 alone, not in 1")],
+        &[("fields/light.wgsl", "@group(1)", "@group(3)")]),
     one("kernel_group_0", &[(BindGroup, K, 1, 1, "group 0 belongs to the scene seam")],
         &[(K, "@group(0)", "@group(3)")]),
     one("kernel_group_4", &[(BindGroup, K, 1, 1, "bind groups 0 to 3 only, not 4")],
         &[(K, "@group(4)", "@group(3)")]),
+
+    one("integrator_binding", &[(PureModule, "integrators/path.wgsl", 3, 1, "an integrator declares no binding")],
+        &[("integrators/path.wgsl", "@group(1) @binding(0) var<uniform> scale: f32", "const scale = 2.0")]),
+    one("pure_imports_seam", &[(Direction, A, 3, 9, "a pure module imports a module of the scene seam, `lucerna::scene::rays::is_covered`")],
+        &[(A, "#import lucerna::scene::rays::is_covered", ""), (A, "is_covered(x)", "x.y < 1.0")]),
+    one("seam_imports_integrator", &[(Direction, RAYS, 3, 9, "a module of the scene seam imports an integrator")],
+        &[(RAYS, "#import lucerna::integrators::path::traced", ""), (RAYS, "traced(x)", "x")]),
+    one("fields_meet",
+        &[(BindGroup, "fields/maps.wgsl", 3, 1, "`bias` (binding 0) meets `scale` (binding 0) of ")],
+        &[("fields/maps.wgsl", "@binding(0)", "@binding(1)")]),
+    one("fields_same_name",
+        &[(BindGroup, "fields/maps.wgsl", 3, 1, "`scale` (binding 4) meets `scale` (binding 0) of ")],
+        &[("fields/maps.wgsl", "scale", "bias")]),
+    one("kernel_meets_field",
+        &[(BindGroup, K, 3, 1, "are both @group(3) @binding(0); group 3 is the fields'")],
+        &[(K, "@group(3)", "@group(1)")]),
 
     // The budget: the repaired trees stand exactly at the limit.
     one("storage_buffers_9", &[(Budget, K, 6, 1, "9 storage buffers; baseline WebGPU has 8")],
@@ -136,19 +152,19 @@ pub const CASES: &[Case] = &[
     // Faults in a variant alone.
     one("overlay_unknown_identifier", &[(Compose, OVERLAY, 9, 73, "`dot`")], &[(OVERLAY, "2.0, dot", "2.0, point")]),
     one("overlay_other_interface",
-        &[(Compose, "kernels/rays/any_hit.wgsl", 7, 34, "`lucerna::scene::rays::is_covered`")],
+        &[(ImportMissing, "kernels/rays/any_hit.wgsl", 1, 9, "`lucerna::scene::rays` has no `is_covered`")],
         &[(OVERLAY, "is_hidden", "is_covered")]),
-    one("overlay_second_group", &[(BindGroup, OVERLAY, 4, 1, "owns group 0 alone, not 2")],
-        &[(OVERLAY, "@group(2)", "@group(0)")]),
+    one("overlay_second_group", &[(BindGroup, OVERLAY, 4, 1, "owns groups 0 and 2 alone, not 3")],
+        &[(OVERLAY, "@group(3)", "@group(0)")]),
     one("overlay_kernel_group_0",
-        &[(BindGroup, "variants/ray_query/kernels/rays/any_hit.wgsl", 1, 1, "group 0 belongs to the scene seam")],
-        &[("variants/ray_query/kernels/rays/any_hit.wgsl", "@group(0)", "@group(1)")]),
+        &[(BindGroup, "variants/rays/ray_query/kernels/rays/any_hit.wgsl", 1, 1, "group 0 belongs to the scene seam")],
+        &[("variants/rays/ray_query/kernels/rays/any_hit.wgsl", "@group(0)", "@group(1)")]),
 
     // Several at once.
     one("three_faults",
-        &[(BindGroup, SCENE, 3, 1, "owns group 0 alone"),
-          (Budget, K, 3, 10, "512 invocations per workgroup"),
-          (Compose, A, 6, 1, "expected `;`")],
+        &[(Budget, K, 3, 10, "512 invocations per workgroup"),
+          (Compose, A, 6, 1, "expected `;`"),
+          (BindGroup, SCENE, 3, 1, "owns groups 0 and 2 alone")],
         &[(SCENE, "@group(1)", "@group(0)"), (K, "512", "256"), (A, "2.0 * x", "2.0 * x;")]),
     one("two_limits",
         &[(Budget, K, 17, 1, "13 uniform buffers"), (Budget, K, 17, 1, "17408 bytes of workgroup memory")],

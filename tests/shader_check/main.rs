@@ -5,7 +5,9 @@ mod cases;
 mod own_tree;
 
 use cases::{CASES, Expected};
-use lucerna::shader::{BASELINE, Problem, Resources, Rule, VARIANTS, Variant, check_tree};
+use lucerna::shader::{
+    AXES, Axis, AxisValue, Problem, RAY_QUERY, Resources, Rule, Variant, check_tree,
+};
 use naga::valid::Capabilities;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -56,7 +58,7 @@ fn every_fault_is_refused_at_its_place_and_its_repair_passes() {
     let mut wrong = Vec::new();
     for case in CASES {
         let root = fixtures("broken_wgsl").join(case.tree);
-        match check_tree(&root, VARIANTS) {
+        match check_tree(&root, AXES) {
             Ok(_) => wrong.push(format!("{}: passes", case.tree)),
             Err(problems) => {
                 let all_match = problems.len() == case.expected.len()
@@ -76,7 +78,7 @@ fn every_fault_is_refused_at_its_place_and_its_repair_passes() {
             }
             fs::write(repaired.join(file), text.replace(from, to)).unwrap();
         }
-        if let Err(problems) = check_tree(&repaired, VARIANTS) {
+        if let Err(problems) = check_tree(&repaired, AXES) {
             let found = found(&problems, &repaired);
             wrong.push(format!("{}: repaired, and still\n{found}", case.tree));
         }
@@ -86,8 +88,15 @@ fn every_fault_is_refused_at_its_place_and_its_repair_passes() {
 
 #[test]
 fn every_fixture_is_checked_by_a_test() {
-    let apart =
-        ["not_utf8", "overlay_of_no_variant", "overlay_in_no_folder", "barrier_not_uniform"];
+    let apart = [
+        "not_utf8",
+        "name_no_identifier",
+        "overlay_of_no_variant",
+        "overlay_of_nothing",
+        "overlay_on_two_axes",
+        "overlay_in_no_folder",
+        "barrier_not_uniform",
+    ];
     for entry in fs::read_dir(fixtures("broken_wgsl")).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         let listed = CASES.iter().any(|c| c.tree == name) || apart.contains(&name.as_str());
@@ -96,8 +105,8 @@ fn every_fixture_is_checked_by_a_test() {
 }
 
 /// Asserts that a tree has exactly this one problem.
-fn assert_one(root: &Path, variants: &[Variant], expected: Expected) {
-    let problems = check_tree(root, variants).unwrap_err();
+fn assert_one(root: &Path, axes: &[Axis], expected: Expected) {
+    let problems = check_tree(root, axes).unwrap_err();
     assert!(
         problems.len() == 1 && is_as_expected(&problems[0], root, &expected),
         "found\n{}\n  not {expected:?}",
@@ -109,55 +118,87 @@ fn assert_one(root: &Path, variants: &[Variant], expected: Expected) {
 fn text_that_is_not_utf8_is_refused_at_the_first_wrong_byte() {
     let root = fixtures("broken_wgsl/not_utf8");
     // Behind `/// Ü, `, whose second letter takes two bytes.
-    assert_one(&root, VARIANTS, (Rule::Read, "math/a.wgsl", 3, 8, "UTF-8"));
+    assert_one(&root, AXES, (Rule::Read, "math/a.wgsl", 3, 8, "UTF-8"));
     let repaired = copy_of("not_utf8", "repaired");
     let text = fs::read(repaired.join("math/a.wgsl")).unwrap();
     fs::write(repaired.join("math/a.wgsl"), String::from_utf8_lossy(&text).as_bytes()).unwrap();
-    check_tree(&repaired, VARIANTS).unwrap();
+    check_tree(&repaired, AXES).unwrap();
 }
 
 #[test]
 fn overlays_that_no_variant_takes_are_refused() {
     let root = fixtures("broken_wgsl/overlay_of_no_variant");
-    let file = "variants/ray_querry/host/rays.wgsl";
+    let file = "variants/rays/ray_querry/scene/rays.wgsl";
     assert_one(
         &root,
-        VARIANTS,
-        (Rule::UnknownVariant, file, 1, 1, "there is untextured, ray_query"),
+        AXES,
+        (Rule::UnknownVariant, file, 1, 1, "there is rays/ray_query, textures/none"),
     );
-    let repaired = copy_of("overlay_of_no_variant", "repaired").join("variants");
-    fs::rename(repaired.join("ray_querry"), repaired.join("ray_query")).unwrap();
-    check_tree(repaired.parent().unwrap(), VARIANTS).unwrap();
+    let repaired = copy_of("overlay_of_no_variant", "repaired");
+    let axis = repaired.join("variants/rays");
+    fs::rename(axis.join("ray_querry"), axis.join("ray_query")).unwrap();
+    check_tree(&repaired, AXES).unwrap();
 
     let root = fixtures("broken_wgsl/overlay_in_no_folder");
     let file = "variants/rays.wgsl";
     assert_one(
         &root,
-        VARIANTS,
-        (Rule::UnknownVariant, file, 1, 1, "there is untextured, ray_query"),
+        AXES,
+        (Rule::UnknownVariant, file, 1, 1, "there is rays/ray_query, textures/none"),
     );
     let repaired = copy_of("overlay_in_no_folder", "repaired");
     fs::remove_file(repaired.join(file)).unwrap();
-    check_tree(&repaired, VARIANTS).unwrap();
+    check_tree(&repaired, AXES).unwrap();
+}
+
+#[test]
+fn overlays_must_replace_one_module_once() {
+    let root = fixtures("broken_wgsl/overlay_of_nothing");
+    let file = "variants/rays/ray_query/scene/rayz.wgsl";
+    let message = "replaces `lucerna::scene::rayz`, which is not there";
+    assert_one(&root, AXES, (Rule::UnknownVariant, file, 1, 1, message));
+    let root = fixtures("broken_wgsl/overlay_on_two_axes");
+    let file = "variants/textures/none/scene/rays.wgsl";
+    assert_one(&root, AXES, (Rule::UnknownVariant, file, 1, 1, "is replaced on two axes"));
+    let repaired = copy_of("overlay_on_two_axes", "repaired");
+    fs::remove_dir_all(repaired.join("variants/textures")).unwrap();
+    check_tree(&repaired, AXES).unwrap();
+}
+
+#[test]
+fn names_that_are_no_identifiers_are_refused() {
+    let root = fixtures("broken_wgsl/name_no_identifier");
+    let file = "kernels/two-words.wgsl";
+    assert_one(&root, AXES, (Rule::ImportPath, file, 1, 1, "`two-words` is no identifier"));
+    let repaired = copy_of("name_no_identifier", "repaired").join("kernels");
+    fs::rename(repaired.join("two-words.wgsl"), repaired.join("two_words.wgsl")).unwrap();
+    check_tree(repaired.parent().unwrap(), AXES).unwrap();
 }
 
 #[test]
 fn missing_folder_is_refused() {
     let root = fixtures("broken_wgsl/there_is_none");
-    assert_one(&root, VARIANTS, (Rule::Read, "", 1, 1, "cannot be read"));
+    assert_one(&root, AXES, (Rule::Read, "", 1, 1, "cannot be read"));
 }
 
-/// Each variant's capabilities hold for its kernels and modules only.
+const fn value(name: &'static str) -> AxisValue {
+    AxisValue { name, capabilities: Capabilities::empty() }
+}
+
+/// Axes are constants elsewhere.
+fn leaked<const N: usize>(values: [AxisValue; N]) -> &'static [AxisValue] {
+    Box::leak(Box::new(values))
+}
+
+/// Each value's capabilities hold for its kernels and modules only.
 #[test]
 fn capabilities_are_the_variants_own() {
     let root = fixtures("good_wgsl");
-    let poor = [
-        Variant { name: "", capabilities: BASELINE, kernels: None },
-        Variant { name: "ray_query", capabilities: BASELINE, kernels: Some(&["rays/any_hit"]) },
-    ];
+    let values = leaked([value("software"), value("ray_query")]);
+    let poor = [Axis { name: "rays", values }];
     // Types have no place, so the kernel that has one by import is told apart from its module.
     let problems = check_tree(&root, &poor).unwrap_err();
-    let files = ["kernels/rays/any_hit.wgsl", "variants/ray_query/host/rays.wgsl"];
+    let files = ["kernels/rays/any_hit.wgsl", "variants/rays/ray_query/scene/rays.wgsl"];
     assert_eq!(problems.len(), files.len(), "{}", found(&problems, &root));
     for (problem, file) in problems.iter().zip(files) {
         let expected = (Rule::Validation, file, 1, 1, "RAY_QUERY");
@@ -170,7 +211,8 @@ fn capabilities_are_the_variants_own() {
         ("capability_i64", Capabilities::SHADER_INT64),
         ("capability_ray_query", Capabilities::RAY_QUERY),
     ] {
-        let rich = [Variant { name: "", capabilities: BASELINE.union(needed), kernels: None }];
+        let values = leaked([AxisValue { name: "rich", capabilities: needed }]);
+        let rich = [Axis { name: "device", values }];
         if let Err(problems) = check_tree(&fixtures("broken_wgsl").join(tree), &rich) {
             panic!("{tree} under {needed:?}:\n{}", found(&problems, Path::new("")));
         }
@@ -180,24 +222,24 @@ fn capabilities_are_the_variants_own() {
 /// The validator's and the budget's rules on texture atomics are two.
 #[test]
 fn texture_atomics_are_over_the_budget_where_they_validate() {
-    let capabilities = BASELINE.union(Capabilities::TEXTURE_ATOMIC);
-    let variants = [Variant { name: "", capabilities, kernels: None }];
+    let values = leaked([AxisValue { name: "rich", capabilities: Capabilities::TEXTURE_ATOMIC }]);
+    let axes = [Axis { name: "device", values }];
     let root = fixtures("broken_wgsl/texture_atomics");
     let expected = (Rule::Budget, "kernels/k.wgsl", 4, 1, "atomics on a texture");
-    assert_one(&root, &variants, expected);
+    assert_one(&root, &axes, expected);
 }
 
 /// naga 30 does not look at the control flow around barriers. When this fails, naga has learnt it:
 /// move the tree into the table. Until then `scripts/check-tint` alone stands guard.
 #[test]
 fn naga_lets_barriers_in_divergent_control_flow_pass() {
-    check_tree(&fixtures("broken_wgsl/barrier_not_uniform"), VARIANTS).unwrap();
+    check_tree(&fixtures("broken_wgsl/barrier_not_uniform"), AXES).unwrap();
 }
 
 /// One mistake in a module is one problem, however many kernels import it, and its report shows the text.
 #[test]
 fn a_problem_is_reported_once_and_shows_the_text() {
-    let problems = check_tree(&fixtures("broken_wgsl/type_error"), VARIANTS).unwrap_err();
+    let problems = check_tree(&fixtures("broken_wgsl/type_error"), AXES).unwrap_err();
     assert_eq!(problems.len(), 1);
     let shown = problems[0].to_string();
     assert!(shown.contains("math/a.wgsl:5:12: "), "{shown}");
@@ -207,18 +249,21 @@ fn a_problem_is_reported_once_and_shows_the_text() {
 
 #[test]
 fn good_tree_gives_its_modules_and_kernels() {
-    let tree = check_tree(&fixtures("good_wgsl"), VARIANTS).unwrap();
+    let tree = check_tree(&fixtures("good_wgsl"), AXES).unwrap();
     let modules: Vec<_> = tree.library.iter().map(|m| m.import_path.as_str()).collect();
-    assert_eq!(modules, ["lucerna::scene::rays", "lucerna::math::a", "lucerna::math::b"]);
-    let overlays: Vec<_> =
-        tree.overlays.iter().map(|(v, m)| (v.as_str(), m.import_path.as_str())).collect();
-    assert_eq!(overlays, [("ray_query", "lucerna::scene::rays")]);
+    assert_eq!(modules, ["lucerna::math::a", "lucerna::math::b", "lucerna::scene::rays"]);
+    let overlays: Vec<_> = tree
+        .overlays
+        .iter()
+        .map(|of| (of.axis, of.value, of.source.import_path.as_str()))
+        .collect();
+    assert_eq!(overlays, [(0, 1, "lucerna::scene::rays")]);
 
     let any_hit = Resources { storage_buffers: 1, workgroup_invocations: 64, ..Default::default() };
     let expected = [
         (
             "fill",
-            "",
+            Variant::BASELINE,
             Resources {
                 storage_buffers: 1,
                 storage_textures: 1,
@@ -231,19 +276,17 @@ fn good_tree_gives_its_modules_and_kernels() {
                 ..Default::default()
             },
         ),
-        ("rays/any_hit", "", Resources { storage_buffers: 2, seam_storage_buffers: 1, ..any_hit }),
-        // No overlay here: the same as the baseline.
         (
             "rays/any_hit",
-            "untextured",
+            Variant::BASELINE,
             Resources { storage_buffers: 2, seam_storage_buffers: 1, ..any_hit },
         ),
-        ("rays/any_hit", "ray_query", any_hit),
+        ("rays/any_hit", Variant::BASELINE.with(RAY_QUERY), any_hit),
     ];
     let found: Vec<_> =
-        tree.kernels.iter().map(|k| (k.name.as_str(), k.variant, k.resources)).collect();
+        tree.kernels.iter().map(|k| (k.name.as_str(), k.variant, k.resources())).collect();
     assert_eq!(found, expected);
     let fill = tree.kernels.iter().find(|kernel| kernel.name == "fill").unwrap();
     assert_eq!(fill.source.imports(), ["lucerna::math::b"]);
-    assert_eq!(fill.module.entry_points[0].workgroup_size, [16, 16, 1]);
+    assert_eq!(fill.interface().entry_points[0].workgroup_size, [16, 16, 1]);
 }

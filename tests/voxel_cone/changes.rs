@@ -5,10 +5,10 @@ use crate::support::{floor, lambert, room, scene};
 use crate::{cells, session};
 use glam::{Affine3A, Vec3};
 use lucerna::scene::{Camera, Light, Scene};
+use lucerna::seam::Change;
 use lucerna::settings;
 use lucerna::techniques::reference::Channel;
 use lucerna::techniques::voxel_cone::{VoxelCone, VoxelConeSettings};
-use lucerna::techniques::voxel_rt::Change;
 
 /// A closed grey room with a point light and a board at x.
 fn room_with_board(x: f32, intensity: f32) -> Scene {
@@ -46,7 +46,7 @@ fn a_light_that_goes_out_leaves_nothing() {
     let mut session = session(&lit, &eye(), settings);
     session.run(&lit, 24);
     let before = mean(&mut session, &lit, 4);
-    session.technique.changed(Change::Light);
+    session.changed(Change::Lights);
     session.run(&dark, 16);
     let after = mean(&mut session, &dark, 1);
     eprintln!("{before}, and 17 frames after the light went out {after}");
@@ -68,7 +68,7 @@ fn a_moved_board_is_where_it_is() {
     let mut session = session(&here, &eye(), settings);
     session.run(&here, 32);
     let old = session.picture(&here, 16, Channel::Indirect);
-    session.technique.changed(Change::Moving);
+    session.changed(Change::Moving);
     session.run(&there, 12);
     let new = picture(&mut session);
     let apart = |a: &[Vec3], b: &[Vec3]| {

@@ -6,15 +6,14 @@ use crate::session::{SIDE, camera, lit_room, upload};
 use crate::support::{floor, lambert, room, scene};
 use crate::{cells, session};
 use glam::{UVec2, UVec3, Vec3};
+use lucerna::components::voxel_light::{Bounces, Levels};
+use lucerna::components::voxel_pyramid::{ConeStepping, FaceWeights, PyramidStorage};
 use lucerna::components::voxels::Resolution;
 use lucerna::scene::{Camera, Light, Material, Scene, Sky};
 use lucerna::settings;
+use lucerna::techniques::TechniqueError;
 use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
-use lucerna::techniques::voxel_cone::{
-    ConeStepping, FaceWeights, PyramidStorage, Specular, VoxelCone, VoxelConeError,
-    VoxelConeSettings,
-};
-use lucerna::techniques::voxel_rt::{Bounces, Levels};
+use lucerna::techniques::voxel_cone::{Specular, VoxelCone, VoxelConeSettings};
 
 fn eye() -> Camera {
     camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4])
@@ -389,7 +388,7 @@ fn settings_out_of_range_are_refused() {
         stepping(ConeStepping { start_cells: -1.0, ..usual }),
     ] {
         let error = VoxelCone::new(gpu(), &world, settings, Vec3::ZERO).unwrap_err();
-        assert!(matches!(error, VoxelConeError::Setting { .. }), "{settings:?}: {error}");
+        assert!(matches!(error, TechniqueError::Setting { .. }), "{settings:?}: {error}");
     }
     for settings in [
         settings!(VoxelConeSettings { resolution: Resolution::Longest(257), ..base }),
@@ -398,6 +397,6 @@ fn settings_out_of_range_are_refused() {
         settings!(VoxelConeSettings { points_per_face: 0, ..base }),
     ] {
         let error = VoxelCone::new(gpu(), &world, settings, Vec3::ZERO).unwrap_err();
-        assert!(matches!(error, VoxelConeError::Voxels(_)), "{settings:?}: {error}");
+        assert!(matches!(error, TechniqueError::Voxels(_)), "{settings:?}: {error}");
     }
 }

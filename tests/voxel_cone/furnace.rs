@@ -5,12 +5,13 @@ use crate::session::{camera, upload};
 use crate::support::{lambert, room, scene};
 use crate::{cells, session};
 use glam::{DVec3, UVec3, Vec3};
+use lucerna::components::voxel_light::{Bounces, Levels};
+use lucerna::components::voxel_pyramid::{ConeStepping, PyramidStorage};
 use lucerna::components::voxels::Resolution;
 use lucerna::scene::{Material, Scene};
 use lucerna::settings;
 use lucerna::techniques::reference::Channel;
-use lucerna::techniques::voxel_cone::{ConeStepping, PyramidStorage, VoxelConeSettings};
-use lucerna::techniques::voxel_rt::{Bounces, Levels};
+use lucerna::techniques::voxel_cone::VoxelConeSettings;
 
 const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
 

@@ -23,12 +23,13 @@ mod shadows;
 
 use crate::harness::gpu;
 use crate::session::Session;
+use lucerna::components::voxel_light::Bounces;
+use lucerna::components::voxel_pyramid::PyramidStorage;
 use lucerna::components::voxels::Resolution;
 use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::Camera;
 use lucerna::settings;
-use lucerna::techniques::voxel_cone::{PyramidStorage, VoxelCone, VoxelConeSettings};
-use lucerna::techniques::voxel_rt::Bounces;
+use lucerna::techniques::voxel_cone::{VoxelCone, VoxelConeSettings};
 
 /// A session of the technique.
 fn session(world: &GpuScene, camera: &Camera, settings: VoxelConeSettings) -> Session<VoxelCone> {

@@ -5,21 +5,22 @@ use crate::session::{SIDE, Session, camera, upload};
 use crate::support::{lambert, quad, room, scene};
 use crate::{cells, session};
 use glam::{UVec2, Vec3};
-use lucerna::components::shadow_maps::{ShadowError, ShadowFiltering, ShadowMaps, ShadowSettings};
+use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettings};
+use lucerna::components::voxel_pyramid::PyramidStorage;
 use lucerna::frame::{DirectPass, DirectSettings};
 use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::{Camera, Light, Material, Scene};
 use lucerna::settings;
+use lucerna::techniques::Technique;
 use lucerna::techniques::reference::Channel;
-use lucerna::techniques::voxel_cone::{PyramidStorage, VoxelCone, VoxelConeSettings};
+use lucerna::techniques::voxel_cone::{VoxelCone, VoxelConeSettings};
 
 /// Gives a session shadows by cones.
 pub fn use_cones(world: &GpuScene, session: &mut Session<VoxelCone>) {
-    let binding = session.technique.cone_shadows(gpu()).unwrap();
+    let visibility = session.technique.visibility().unwrap();
     let settings = settings!(DirectSettings { n_samples: 16, n_bsdf_samples: 0 });
     let size = UVec2::splat(SIDE);
-    session.passes.direct =
-        DirectPass::with_shadows(gpu(), world, size, settings, &binding).unwrap();
+    session.passes.direct = DirectPass::new(gpu(), world, size, settings, &visibility);
 }
 
 fn eye() -> Camera {
@@ -74,7 +75,8 @@ fn voxels_lit_by_shadow_maps_are_lit_as_by_rays() {
         };
         let rays = mean(session(&world, &eye(), settings), None);
         let technique =
-            VoxelCone::with_shadow_maps(gpu(), &world, settings, &maps, eye().position).unwrap();
+            VoxelCone::with_visibility(gpu(), &world, settings, &maps.visibility(), eye().position)
+                .unwrap();
         let mapped = mean(Session::of(&world, &eye(), technique), Some(maps));
         eprintln!("{light:?}: by rays {rays}, by maps {mapped}");
         assert!(rays > 0.0 && (mapped / rays - 1.0).abs() < 0.03, "{mapped} for {rays}");
@@ -104,10 +106,20 @@ fn cones_cast_soft_shadows_of_a_lamp() {
     assert!(deep.len() > 10 && left < 0.33, "{left}");
 }
 
+/// From buffers, cones cast the shadows that they cast from textures: the numbers are the same but for filtering in 32 bits.
 #[test]
-fn cones_from_buffers_are_refused_for_shadows() {
+fn cones_cast_the_same_shadows_from_buffers() {
     let world = upload(&room_with_table(None));
-    let settings = settings!(VoxelConeSettings { storage: PyramidStorage::Buffers, ..cells(8) });
-    let technique = VoxelCone::new(gpu(), &world, settings, Vec3::ZERO).unwrap();
-    assert!(matches!(technique.cone_shadows(gpu()), Err(ShadowError::Buffers)));
+    let [textures, buffers] = [PyramidStorage::Textures, PyramidStorage::Buffers].map(|storage| {
+        let settings = settings!(VoxelConeSettings { storage, ..cells(24) });
+        let mut session = session(&world, &eye(), settings);
+        use_cones(&world, &mut session);
+        session.run(&world, 1);
+        session.picture(&world, 2, Channel::Direct)
+    });
+    let bright = textures.iter().map(|v| v.max_element()).fold(0.0, f32::max);
+    assert!(bright > 0.0);
+    for (ix, (one, other)) in textures.iter().zip(&buffers).enumerate() {
+        assert!((one - other).abs().max_element() < 2e-3 * bright, "pixel {ix}: {other} for {one}");
+    }
 }

@@ -3,10 +3,12 @@
 use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, room, scene};
 use glam::{Affine3A, DVec3, Vec3};
+use lucerna::components::voxel_light::{DirectLight, RaysInjected};
 use lucerna::scene::{Camera, Light, Scene};
+use lucerna::seam::Change;
 use lucerna::settings;
 use lucerna::techniques::reference::Channel;
-use lucerna::techniques::voxel_rt::{Change, DirectLight, RaysInjected, VoxelRtSettings};
+use lucerna::techniques::voxel_rt::VoxelRtSettings;
 
 /// A closed grey room of 4 m × 2 m × 4 m with a point light, and a red board that hangs before a wall.
 fn board_at(x: f32, light: [f32; 3]) -> Scene {
@@ -53,7 +55,7 @@ fn a_moved_light_arrives_within_eight_frames() {
     let mut session = Session::new(&before, &eye(), settings);
     session.run(&before, 96);
     let old = session.mean(&before, 8, Channel::Indirect);
-    session.technique.changed(Change::Light);
+    session.changed(Change::Lights);
     session.run(&after, 7);
     let new = session.mean(&after, 1, Channel::Indirect);
     eprintln!("from {old} to {settled}; after 8 frames {new}");
@@ -79,7 +81,7 @@ fn light_goes_out(settings: VoxelRtSettings) {
     let (lit, dark) = (upload(&lit), upload(&dark));
     let mut session = Session::new(&lit, &eye(), settings);
     let before = session.mean(&lit, 24, Channel::Indirect).max_element();
-    session.technique.changed(Change::Light);
+    session.changed(Change::Lights);
     session.run(&dark, 15);
     let after = session.mean(&dark, 1, Channel::Indirect).max_element();
     assert!(before > 0.01, "there was no light");
@@ -97,7 +99,7 @@ fn leaves_no_ghost(change: Change) {
     let mut session = Session::new(&before, &eye(), settings());
     session.run(&before, 96);
     let old = session.picture(&before, 8, Channel::Indirect);
-    session.technique.changed(change);
+    session.changed(change);
     session.run(&after, 16);
     let new = session.picture(&after, 16, Channel::Indirect);
     let bright = settled.iter().map(|p| p.max_element()).fold(0.0, f32::max);

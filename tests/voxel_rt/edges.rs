@@ -6,13 +6,13 @@ use crate::leaks::{Between, dark_over_lit, divided_room};
 use crate::session::{SIDE, Session, camera, lit_room, upload};
 use crate::support::{lambert, room, scene};
 use glam::{Affine3A, UVec2, Vec3, Vec4};
+use lucerna::components::voxel_light::{Bounces, DirectLight, Levels, RaysInjected, WriteStrategy};
 use lucerna::scene::{Light, Material, Scene};
+use lucerna::seam::Change;
 use lucerna::settings;
+use lucerna::techniques::TechniqueError;
 use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
-use lucerna::techniques::voxel_rt::{
-    Bounces, Change, DirectLight, Levels, Lookup, RaysInjected, VoxelRt, VoxelRtError,
-    VoxelRtSettings, WriteStrategy,
-};
+use lucerna::techniques::voxel_rt::{Lookup, VoxelRt, VoxelRtSettings};
 
 fn small(resolution: u32) -> VoxelRtSettings {
     settings!(VoxelRtSettings { resolution, ..Default::default() })
@@ -117,12 +117,12 @@ fn a_scene_outside_the_grid_is_dark() {
     let before = session.mean(&inside, 16, Channel::Indirect).y;
     assert!(before > 0.0 && n_voxels(&session) > 0);
     session.camera.position.x += 50.0;
-    session.technique.changed(Change::Geometry);
+    session.changed(Change::Geometry);
     let pixels = session.run(&outside, 4);
     assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces > 0));
     assert_eq!(n_voxels(&session), 0);
     session.camera.position.x -= 50.0;
-    session.technique.changed(Change::Geometry);
+    session.changed(Change::Geometry);
     session.run(&inside, 32);
     let after = session.mean(&inside, 16, Channel::Indirect).y;
     eprintln!("back in the grid: {after} for {before}");
@@ -175,7 +175,7 @@ fn settings_out_of_range_are_refused() {
         settings!(VoxelRtSettings { direct: no_rays, ..Default::default() }),
     ] {
         let error = VoxelRt::new(gpu(), &world, settings, Vec3::ZERO).unwrap_err();
-        assert!(matches!(error, VoxelRtError::Setting { .. }), "{settings:?}: {error}");
+        assert!(matches!(error, TechniqueError::Setting { .. }), "{settings:?}: {error}");
     }
 }
 

@@ -5,12 +5,12 @@ use crate::harness::read;
 use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, room, scene};
 use glam::{Affine3A, DVec3, Vec3};
+use lucerna::components::voxel_light::{Bounces, DirectLight, FaceLight, Levels, RaysInjected};
 use lucerna::scene::{Instance, Material, Scene};
+use lucerna::seam::Change;
 use lucerna::settings;
 use lucerna::techniques::reference::Channel;
-use lucerna::techniques::voxel_rt::{
-    Bounces, Change, DirectLight, FaceLight, Levels, RaysInjected, VoxelRt, VoxelRtSettings,
-};
+use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
 
 pub const EMISSION: [f32; 3] = [0.7, 1.0, 0.25];
 
@@ -166,7 +166,7 @@ fn bounces_find_their_light_while_things_move() {
         lit.iter().sum::<f64>() / lit.len() as f64
     };
     let before = newest(&session);
-    session.technique.changed(Change::Moving);
+    session.changed(Change::Moving);
     session.run(&there, 1);
     let after = newest(&session);
     eprintln!("newest light before {before}, while the board moves {after}");

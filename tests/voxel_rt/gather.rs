@@ -4,9 +4,10 @@ use crate::harness::read;
 use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, scene};
 use glam::{DVec3, Vec3};
+use lucerna::components::voxel_light::{DirectLight, FaceLight, RaysInjected};
 use lucerna::scene::{Light, Scene};
 use lucerna::settings;
-use lucerna::techniques::voxel_rt::{DirectLight, FaceLight, RaysInjected, VoxelRtSettings};
+use lucerna::techniques::voxel_rt::VoxelRtSettings;
 
 const HEIGHT: f64 = 0.9;
 const LIGHT: DVec3 = DVec3::new(0.3, HEIGHT, -0.2);

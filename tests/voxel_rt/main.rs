@@ -18,9 +18,9 @@ mod session;
 mod of_any_size {
     use crate::scales::{a_large_scene_does_not_darken_a_room, indirect_scales_with_the_lights};
     use crate::session::{Session, camera, lit_room, upload};
-    use lucerna::techniques::voxel_rt::{
-        DirectLight, Levels, RaysInjected, VoxelRtSettings, WriteStrategy,
-    };
+    use lucerna::components::voxel_light::{DirectLight, Levels, RaysInjected, WriteStrategy};
+    use lucerna::settings;
+    use lucerna::techniques::voxel_rt::VoxelRtSettings;
 
     fn coarse() -> VoxelRtSettings {
         settings!(VoxelRtSettings { resolution: 16, points_per_face: 2, ..Default::default() })
@@ -62,7 +62,7 @@ mod of_any_size {
             let settings =
                 settings!(VoxelRtSettings { levels, resolution: 64, ..Default::default() });
             let session = Session::new(&upload(world), &eye, settings);
-            (*session.technique.reach(), session.technique.n_levels())
+            (*session.technique.reach(), session.technique.light().n_levels())
         };
         let (alone, n) = reach(&world, Levels::Auto);
         assert!(n == 1 && !alone.is_coarse() && !alone.is_cut, "{alone:?}");

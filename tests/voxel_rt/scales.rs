@@ -5,10 +5,10 @@ use crate::session::{Session, camera, lit_room, upload};
 use crate::support::{emitter, floor, quad};
 use glam::Vec3;
 use lucerna::blocking::render_reference;
-use lucerna::frame::Technique;
 use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::{Camera, Instance, Light, Scene};
 use lucerna::settings;
+use lucerna::techniques::Technique;
 use lucerna::techniques::reference::{Channel, resolve};
 
 /// Makes a session of a technique.

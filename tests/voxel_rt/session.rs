@@ -1,12 +1,14 @@
 //! Frames of a technique over scenes that may change between them.
 
-use crate::harness::{gpu, read};
+use crate::harness::{gpu, read, submit};
 use crate::support::{lambert, room, scene};
 use glam::{DVec3, UVec2, Vec3};
-use lucerna::frame::{DirectSettings, Frame, FramePasses, Technique, View, ViewSettings};
+use lucerna::frame::{DirectSettings, FramePasses, View, ViewSettings};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::scene::{Camera, Light, Projection, Scene};
+use lucerna::seam::{Change, Revised, Revisions};
 use lucerna::settings;
+use lucerna::techniques::Technique;
 use lucerna::techniques::reference::{Channel, PixelSums, resolve};
 use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
 
@@ -54,6 +56,8 @@ pub struct Session<T> {
     pub occlusion_distance: f32,
     pub passes: FramePasses,
     view: View,
+    /// Scenes are taken for one and the same, unless something is said to have changed.
+    revisions: Revisions,
 }
 
 impl Session<VoxelRt> {
@@ -72,8 +76,14 @@ impl<T: Technique> Session<T> {
             irradiance: false,
             occlusion_distance: 1.0,
             passes: FramePasses::new(gpu(), scene, size, DirectSettings::default()).unwrap(),
-            view: View::new(gpu(), size),
+            view: View::new(size),
+            revisions: Revisions::fresh(),
         }
+    }
+
+    /// Says what has changed between the scenes of the last and the next frame.
+    pub fn changed(&mut self, change: Change) {
+        self.revisions = self.revisions.changed(change);
     }
 
     /// The next frames; returns the sums of their pixels.
@@ -86,12 +96,10 @@ impl<T: Technique> Session<T> {
         });
         self.passes.accumulator.reset();
         for _ in 0..n_frames {
-            self.view.advance(gpu(), scene, &self.camera, &settings);
-            let mut encoder = gpu().device.create_command_encoder(&Default::default());
-            let view = &self.view;
-            let mut frame = Frame { gpu: gpu(), encoder: &mut encoder, scene, view, timers: None };
-            self.passes.record(&mut frame, &mut self.technique).unwrap();
-            gpu().queue.submit([encoder.finish()]);
+            let scene = &Revised { scene, revisions: self.revisions };
+            self.view.advance(scene, &self.camera, &settings);
+            let (view, technique) = (&self.view, &mut self.technique);
+            submit(|recorder| self.passes.record(recorder, scene, view, technique)).unwrap();
         }
         let stripes = self.passes.accumulator.film().stripes();
         assert_eq!(stripes.len(), 1);

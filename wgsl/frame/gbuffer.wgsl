@@ -49,6 +49,8 @@ struct GBufferSurface {
     shading_normal: vec3<f32>,
     /// Linear base colour, in [0, 1]; white if irradiance is asked for.
     albedo: vec3<f32>,
+    /// The same, whatever is asked for.
+    base_color: vec3<f32>,
     /// Radiance that leaves towards the camera [W·sr⁻¹·m⁻²].
     emission: vec3<f32>,
     /// Unit length, from the surface towards the camera.
@@ -100,6 +102,7 @@ fn decode_gbuffer(view: FrameView, pixel: vec2<u32>, texels: GBufferTexels) -> G
     surface.shading_normal = unpack_direction(texels.normals.x);
     surface.geometric_normal = unpack_direction(texels.normals.y);
     surface.albedo = select(texels.albedo.rgb, vec3<f32>(1.0), white);
+    surface.base_color = texels.albedo.rgb;
     surface.metallic = texels.albedo.a;
     surface.roughness = texels.emission.a;
     surface.emission = texels.emission.rgb / view.emission_scale;

@@ -1,6 +1,7 @@
 //! `kernels`, `export`, `compare`, `doctor`.
 
 use crate::support::{empty_folder, fixture, has_adapter, lucerna, names_in, path, run};
+use lucerna::naga;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::Stdio;
@@ -11,10 +12,10 @@ fn kernels_lists_all() {
     assert_eq!(list.stderr, "");
     assert_eq!(list.stdout.lines().count(), 1 + lucerna::kernels().len(), "{list}");
     for kernel in lucerna::kernels() {
-        let variant = if kernel.variant.is_empty() { "baseline" } else { kernel.variant };
+        let variant = kernel.variant.to_string();
         let is_row = |line: &str| {
             let mut words = line.split_whitespace();
-            words.next() == Some(kernel.name) && words.next() == Some(variant)
+            words.next() == Some(kernel.name) && words.next() == Some(variant.as_str())
         };
         assert!(list.stdout.lines().any(is_row), "{} {variant}\n{list}", kernel.name);
     }
@@ -25,11 +26,11 @@ fn kernels_describes_one() {
     let one = run(&["kernels", "rays/any_hit"]).exits(0);
     for part in [
         "rays/any_hit (baseline)",
-        "rays/any_hit (ray_query)",
+        "rays/any_hit (rays=ray_query)",
         "file: wgsl/kernels/rays/any_hit.wgsl",
         "Dispatch: ",
         "entry point: main (compute), workgroup 64x1x1",
-        "imports: lucerna::scene::rays",
+        "lucerna::scene::rays",
         "@group(1) @binding(2) blocked: storage buffer, read and write",
         "of 8 storage buffers",
     ] {
@@ -54,7 +55,7 @@ fn kernels_lists_modules() {
     let rows: Vec<Vec<_>> = list.stdout.lines().map(|l| l.split_whitespace().collect()).collect();
     let expected: Vec<Vec<_>> = lucerna::modules()
         .iter()
-        .filter(|module| module.variant.is_empty())
+        .filter(|module| module.overlay.is_none())
         .map(|module| vec![module.import_path, module.file])
         .collect();
     assert_eq!(rows, expected);
@@ -100,7 +101,9 @@ fn export_writes_every_kernel_whole() {
     let n_writable = lucerna::kernels().iter().filter(|kernel| kernel.composed.is_some()).count();
     assert_eq!(files.len(), n_writable, "{all}");
     for kernel in lucerna::kernels().iter().filter(|kernel| kernel.composed.is_some()) {
-        let file = folder.join(kernel.variant).join(format!("{}.wgsl", kernel.name));
+        let variant = kernel.variant.to_string();
+        let folder = if variant == "baseline" { folder.clone() } else { folder.join(variant) };
+        let file = folder.join(format!("{}.wgsl", kernel.name));
         assert!(files.contains(&file.as_path()), "{}\n{all}", file.display());
         assert_valid_wgsl(&file);
     }
@@ -108,13 +111,13 @@ fn export_writes_every_kernel_whole() {
 
     let folder = empty_folder("export_one");
     let one = run(&["export", "-o", path(&folder), "rays/any_hit"]).exits(0);
-    let expected = ["rays/any_hit.wgsl", "untextured/rays/any_hit.wgsl"].map(|f| folder.join(f));
+    let expected = ["rays/any_hit.wgsl", "textures=none/rays/any_hit.wgsl"].map(|f| folder.join(f));
     assert_eq!(
         one.stdout.lines().collect::<Vec<_>>(),
         expected.each_ref().map(|f| path(f)),
         "{one}"
     );
-    assert_eq!(names_in(&folder), ["rays", "untextured"]);
+    assert_eq!(names_in(&folder), ["rays", "textures=none"]);
     assert_eq!(names_in(&folder.join("rays")), ["any_hit.wgsl"]);
 }
 

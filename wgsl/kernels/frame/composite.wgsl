@@ -52,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     total.n_samples += 1u;
     var emitted = surface.emission;
     if surface.is_surface {
-        total.albedo += surface.albedo;
+        total.albedo += surface.base_color;
         total.normal += surface.shading_normal;
         total.depth += surface.depth;
         total.n_surfaces += 1u;
