@@ -91,6 +91,8 @@ pub mod seam;
 pub mod shader;
 #[cfg(feature = "gpu")]
 pub mod techniques;
+#[cfg(feature = "testing")]
+pub mod testing;
 
 mod modules;
 #[cfg(feature = "gpu")]

@@ -45,7 +45,7 @@ impl SceneGroup {
     pub fn new(gpu: &Gpu, shaders: &Shaders, kernels: &[&str], bound: &Bindings) -> Self {
         let mut all = Interface::default();
         for kernel in kernels {
-            let interface = shaders.interface(kernel);
+            let (_, interface) = shaders.source(kernel);
             for entry in interface.entry_points.iter() {
                 all.entry_points.to_mut().push(entry.clone());
             }

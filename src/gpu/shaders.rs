@@ -36,14 +36,6 @@ impl Shaders {
         self.variant
     }
 
-    /// What a kernel binds.
-    ///
-    /// # Panics
-    /// As [`Self::module`].
-    pub(crate) fn interface(&self, name: &str) -> Interface {
-        self.source(name).1
-    }
-
     /// A kernel for a device: the build's WGSL, or naga's IR composed now.
     ///
     /// # Panics
@@ -63,7 +55,8 @@ impl Shaders {
         self.variant == other.variant
     }
 
-    fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
+    /// A kernel's text or IR, and what it binds. Panics as [`Self::module`] does.
+    pub(super) fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
         let variant = self.variant;
         let Some(row) = kernel(name, variant) else { panic!("there is no kernel `{name}`") };
         let Some(text) = row.composed else {
@@ -91,7 +84,8 @@ impl Shaders {
         self.variant == other.variant && self.own == other.own
     }
 
-    fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
+    /// A kernel's text or IR, and what it binds. Panics as [`Self::module`] does.
+    pub(super) fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
         use crate::shader::{Budget, RAY_QUERY, Target};
 
         let row = kernel(name, self.variant);
