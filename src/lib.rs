@@ -67,23 +67,43 @@
 //!
 //! `cli`, on by default: the program `lucerna`, and the modules `blocking` and `compare`.
 
+#[cfg(feature = "gpu")]
 #[doc(hidden)]
 pub mod bindings;
+#[cfg(feature = "gpu")]
 pub mod blocking;
-#[cfg(feature = "cli")]
+#[cfg(feature = "compare")]
 pub mod compare;
+#[cfg(feature = "gpu")]
 pub mod components;
+#[cfg(feature = "gpu")]
 pub mod frame;
+#[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(feature = "gpu")]
 pub mod gpu_scene;
 pub mod picture;
+#[cfg(feature = "gpu")]
 pub mod rays;
 pub mod scene;
+#[cfg(feature = "gpu")]
 pub mod seam;
 pub mod shader;
+#[cfg(feature = "gpu")]
 pub mod techniques;
+#[cfg(feature = "testing")]
+pub mod testing;
 
 mod modules;
+#[cfg(feature = "gpu")]
 mod settings_macro;
 
-pub use modules::{Kernel, Module, WGSL_DIR, kernel, kernels, library, library_of, modules};
+pub use modules::{Kernel, Module, WGSL_DIR, kernel, kernels, modules};
+#[cfg(feature = "compose")]
+pub use modules::{library, library_of};
+
+pub use glam;
+#[cfg(feature = "compose")]
+pub use naga;
+#[cfg(feature = "gpu")]
+pub use wgpu;

@@ -2,12 +2,12 @@
 //! The WGSL that lucerna is made of, as data: what a renderer takes into its own frame.
 
 use crate::shader::{
-    Access, Binding, BindingKind, Budget, Dimension, EntryPoint, Interface, Library, RAY_QUERY,
-    Resources, Source, Stage, Target, Texels, Variant,
+    Access, Binding, BindingKind, Dimension, EntryPoint, Interface, Resources, Stage, Texels,
+    Variant,
 };
+#[cfg(feature = "compose")]
+use crate::shader::{Library, Source};
 use std::borrow::Cow;
-use std::path::PathBuf;
-use std::sync::Arc;
 
 /// A WGSL module that can be imported.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,7 @@ pub struct Kernel {
     /// The kernel's own text.
     pub source: &'static str,
     /// One self-contained WGSL text: the kernel with everything that it imports (no comments).
-    /// None for ray queries, which naga does not write: [`library_of`] composes them.
+    /// None for ray queries, which naga does not write: `library_of` composes them.
     pub composed: Option<&'static str>,
     /// Import paths of the modules that it imports directly.
     pub imports: &'static [&'static str],
@@ -87,7 +87,7 @@ pub fn kernel(name: &str, variant: Variant) -> Option<&'static Kernel> {
 }
 
 /// All modules as a [`Library`], to compose kernels of one's own from them, or with modules of
-/// one's own instead of lucerna's.
+/// one's own instead of lucerna's (feature `compose`).
 ///
 /// ```
 /// use lucerna::shader::{Source, Target};
@@ -107,11 +107,13 @@ pub fn kernel(name: &str, variant: Variant) -> Option<&'static Kernel> {
 /// let composed = lucerna::library().compose(&kernel, Target::default()).unwrap();
 /// assert_eq!(composed.interface.entry_points[0].name, "main");
 /// ```
+#[cfg(feature = "compose")]
 pub fn library() -> Library {
     library_of(Variant::BASELINE)
 }
 
-/// [`library`] with the modules of a variant's values.
+/// [`library`] with the modules of a variant's values (feature `compose`).
+#[cfg(feature = "compose")]
 pub fn library_of(variant: Variant) -> Library {
     let mut library = Library::default();
     for module in MODULES.iter().filter(|module| match module.overlay {
@@ -120,102 +122,9 @@ pub fn library_of(variant: Variant) -> Library {
     }) {
         library.insert(Source {
             import_path: module.import_path.to_owned(),
-            file: PathBuf::from(module.file),
+            file: module.file.into(),
             text: Cow::Borrowed(module.source),
         });
     }
     library
-}
-
-/// Where kernels come from: a variant, and modules of one's own that replace lucerna's or stand beside them.
-#[derive(Clone, Debug, Default)]
-pub struct Shaders {
-    variant: Variant,
-    own: Arc<[Source]>,
-}
-
-impl Shaders {
-    /// lucerna's kernels in a variant.
-    pub fn new(variant: Variant) -> Self {
-        Self { variant, own: Arc::default() }
-    }
-
-    /// The same with another variant.
-    pub fn with_variant(&self, variant: Variant) -> Self {
-        Self { variant, own: Arc::clone(&self.own) }
-    }
-
-    /// The same with a module of one's own: under an import path of the scene seam it replaces lucerna's. A module whose path
-    /// begins with `lucerna::kernels::` is a kernel.
-    pub fn with_module(&self, module: Source) -> Self {
-        let mut own = self.own.to_vec();
-        own.retain(|known| known.import_path != module.import_path);
-        own.push(module);
-        Self { variant: self.variant, own: own.into() }
-    }
-
-    /// The values of the axes.
-    pub fn variant(&self) -> Variant {
-        self.variant
-    }
-
-    /// Whether two sources make the same kernels.
-    pub fn same(&self, other: &Self) -> bool {
-        self.variant == other.variant && self.own == other.own
-    }
-
-    /// A kernel's text or IR, and what it binds.
-    ///
-    /// # Panics
-    /// If there is no such kernel, or a module of one's own does not fit: the message holds the problems.
-    pub(crate) fn compose(
-        &self,
-        name: &str,
-    ) -> (Cow<'static, str>, Option<naga::Module>, Interface) {
-        let row = kernel(name, self.variant);
-        let path = format!("lucerna::kernels::{}", name.replace('/', "::"));
-        let own_kernel = self.own.iter().find(|source| source.import_path == path);
-        if let (Some(Kernel { composed: Some(text), interface, .. }), None, true) =
-            (row, own_kernel, self.own.is_empty())
-        {
-            return (Cow::Borrowed(text), None, interface.clone());
-        }
-        let source = match (own_kernel, row) {
-            (Some(source), _) => source.clone(),
-            (None, Some(row)) => Source {
-                import_path: path,
-                file: PathBuf::from(row.file),
-                text: Cow::Borrowed(row.source),
-            },
-            (None, None) => panic!("there is no kernel `{name}`"),
-        };
-        let mut library = library_of(self.variant);
-        for module in self.own.iter().filter(|module| module.import_path != source.import_path) {
-            library.insert(module.clone());
-        }
-        let budget = (!self.variant.has(RAY_QUERY)).then_some(Budget::BASELINE);
-        let target = Target { capabilities: self.variant.capabilities(), budget };
-        match library.compose(&source, target) {
-            Ok(composed) => (Cow::Borrowed(""), Some(composed.module), composed.interface),
-            Err(problems) => {
-                let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
-                panic!("{name} does not compose:\n{}", problems.join("\n\n"))
-            }
-        }
-    }
-
-    /// A kernel for a device: the build's WGSL, or naga's IR composed now.
-    pub(crate) fn module(
-        &self,
-        gpu: &crate::gpu::Gpu,
-        name: &str,
-    ) -> (wgpu::ShaderModule, Interface) {
-        let (text, module, interface) = self.compose(name);
-        let source = match module {
-            Some(module) => wgpu::ShaderSource::Naga(Cow::Owned(module)),
-            None => wgpu::ShaderSource::Wgsl(text),
-        };
-        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source };
-        (gpu.device.create_shader_module(descriptor), interface)
-    }
 }

@@ -18,11 +18,10 @@
 //! # }
 //! ```
 
-use super::Gpu;
 use super::recorder::{ComputeRecorder, RenderRecorder};
 use super::uniforms::Uniforms;
+use super::{Gpu, Shaders};
 use crate::bindings::lucerna::math::dispatch::DISPATCH_ROW;
-use crate::modules::Shaders;
 use crate::shader::{Access, Binding, BindingKind, Dimension, Interface, Stage, Texels};
 use bytemuck::NoUninit;
 use glam::{UVec2, UVec3};
@@ -46,7 +45,7 @@ impl SceneGroup {
     pub fn new(gpu: &Gpu, shaders: &Shaders, kernels: &[&str], bound: &Bindings) -> Self {
         let mut all = Interface::default();
         for kernel in kernels {
-            let (_, _, interface) = shaders.compose(kernel);
+            let (_, interface) = shaders.source(kernel);
             for entry in interface.entry_points.iter() {
                 all.entry_points.to_mut().push(entry.clone());
             }

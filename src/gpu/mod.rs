@@ -12,6 +12,7 @@
 mod buffers;
 mod kernel;
 mod recorder;
+mod shaders;
 mod timers;
 mod uniforms;
 
@@ -22,13 +23,13 @@ use wgpu::{
     Features, Instance, InstanceDescriptor, Limits, Queue,
 };
 
-pub use crate::modules::Shaders;
 pub(crate) use buffers::{buffer, extent, storage_buffer, target};
 pub use kernel::{
     Bindings, ComputeCall, ComputeKernel, Dispatch, OwnedResource, RenderKernel, RenderState,
     Resource, SceneGroup,
 };
 pub use recorder::{ComputeRecorder, Recorder, RenderRecorder};
+pub use shaders::Shaders;
 pub use timers::PassTimers;
 
 /// A wgpu device with its queue and what it can do. Cheap to clone.
@@ -69,6 +70,11 @@ impl std::str::FromStr for AdapterChoice {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
+    /// wgpu was built without a backend for this system.
+    #[error(
+        "no backend of wgpu was built in; enable one of lucerna's features `vulkan`, `metal`, `dx12` and `webgpu` that this system has, or a backend of wgpu itself"
+    )]
+    NoBackend,
     /// The system has no adapter at all.
     #[error(
         "no GPU adapter found, not even a software one; install a Vulkan driver (on Debian: mesa-vulkan-drivers) and try again"
@@ -152,8 +158,11 @@ impl Gpu {
     /// allows), timestamps and ray queries where the adapter has them.
     ///
     /// # Errors
-    /// [`GpuError::NoAdapter`], [`GpuError::NoMatch`] or [`GpuError::Device`].
+    /// [`GpuError::NoBackend`], [`GpuError::NoAdapter`], [`GpuError::NoMatch`] or [`GpuError::Device`].
     pub async fn open(choice: &AdapterChoice) -> Result<(Self, AdapterInfo), GpuError> {
+        if Instance::enabled_backend_features().is_empty() {
+            return Err(GpuError::NoBackend);
+        }
         let mut adapters = adapters().await;
         if adapters.is_empty() {
             return Err(GpuError::NoAdapter);
@@ -217,14 +226,18 @@ impl Gpu {
         Ok(Self::new(device, queue))
     }
 
-    /// Whether the ray-query variants of kernels run here.
+    /// Whether the ray-query variants of kernels run here: the device has ray queries, and the feature `compose` is on.
     pub fn has_ray_query(&self) -> bool {
-        self.device.features().contains(Features::EXPERIMENTAL_RAY_QUERY)
+        cfg!(feature = "compose")
+            && self.device.features().contains(Features::EXPERIMENTAL_RAY_QUERY)
     }
 }
 
-/// All adapters, the best first: discrete, integrated, virtual, other, software.
+/// All adapters, the best first: discrete, integrated, virtual, other, software. None without a backend of wgpu.
 pub async fn adapters() -> Vec<Adapter> {
+    if Instance::enabled_backend_features().is_empty() {
+        return Vec::new();
+    }
     let instance = Instance::new(InstanceDescriptor {
         backends: Backends::PRIMARY,
         ..InstanceDescriptor::new_without_display_handle()

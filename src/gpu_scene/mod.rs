@@ -15,7 +15,7 @@ use crate::bindings::lucerna::scene::data::{
 use crate::gpu::{Bindings, Gpu, GpuError, Recorder, SceneGroup, Shaders};
 use crate::scene::{Light, Material, Scene, Sky};
 use crate::seam::{Change, PunctualLight, Revisions, SceneFacts, SceneSeam, Surroundings};
-use crate::shader::{NO_TEXTURES, RAY_QUERY, Source, Variant};
+use crate::shader::{NO_TEXTURES, RAY_QUERY, Variant};
 use bytemuck::NoUninit;
 use glam::Vec3;
 use lights::{LightTable, MaterialEmission, SkyLight};
@@ -289,8 +289,9 @@ impl GpuScene {
     }
 
     /// The same scene with a module of one's own, such as `lucerna::scene::pixel` for a G-buffer of one's own. Techniques
-    /// made for it from here on have it.
-    pub fn with_module(mut self, module: Source) -> Self {
+    /// made for it from here on have it. (Feature `compose`.)
+    #[cfg(feature = "compose")]
+    pub fn with_module(mut self, module: crate::shader::Source) -> Self {
         self.shaders = self.shaders.with_module(module);
         self
     }

@@ -18,6 +18,18 @@ pub enum Format {
     Exr,
 }
 
+impl Format {
+    /// The feature of this crate that reads and writes it; None: always there.
+    pub fn feature(self) -> Option<&'static str> {
+        match self {
+            Self::Png => Some("png"),
+            Self::Jpeg => Some("jpeg"),
+            Self::Hdr => None,
+            Self::Exr => Some("exr"),
+        }
+    }
+}
+
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -86,6 +98,14 @@ pub enum PictureError {
     UnknownFormat {
         /// The file.
         path: PathBuf,
+    },
+    /// A format that this build leaves out.
+    #[error("{} is a {format} file, which this build of lucerna leaves out; enable its feature `{}`", path.display(), format.feature().unwrap_or_default())]
+    NotBuiltIn {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        format: Format,
     },
     /// The content is damaged, cut short, or of a kind that is not supported.
     #[error("cannot read {} as {format}: {reason}", path.display())]

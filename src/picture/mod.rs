@@ -5,10 +5,14 @@
 //! files are decoded from sRGB ([`srgb`]), HDR and EXR hold linear values already. Colour profiles
 //! and Exif orientation are not applied. Alpha is ignored.
 //!
+//! Radiance HDR is always there; PNG, JPEG and OpenEXR each have a feature, `png`, `jpeg` and `exr`. A file of a format that
+//! was not built in gives [`PictureError::NotBuiltIn`].
+//!
 //! Files are hostile until checked: a file is read up to [`MAX_FILE_BYTES`], a picture up to
 //! [`MAX_PIXELS`], and each failure is a [`PictureError`] that names the file.
 
 mod error;
+#[cfg(feature = "exr")]
 mod openexr;
 mod radiance;
 mod read;

@@ -1,26 +1,36 @@
 //! Files to pictures.
 
 use std::fs::File;
-use std::io::{Cursor, Read};
+use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+#[cfg(any(feature = "jpeg", feature = "png"))]
 use glam::Vec3;
+#[cfg(any(feature = "jpeg", feature = "png"))]
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
+#[cfg(feature = "exr")]
+use super::openexr;
+#[cfg(any(feature = "jpeg", feature = "png"))]
 use super::srgb::{LINEAR_FROM_BYTE, LINEAR_FROM_WORD};
-use super::{Format, MAX_FILE_BYTES, MAX_PIXELS, Picture, PictureError, openexr, radiance};
+use super::{Format, MAX_FILE_BYTES, MAX_PIXELS, Picture, PictureError, radiance};
 
 /// Memory that PNG and JPEG decoders may take beside the file: 8 bytes a pixel for 16-bit RGBA, twice.
+#[cfg(any(feature = "jpeg", feature = "png"))]
 const MAX_DECODER_BYTES: u64 = MAX_PIXELS * 16;
 
 /// Why a file's bytes make no picture; the path is added by [`read`].
 pub(super) enum DecodeError {
     /// Damaged or not supported; the text says what and what to do.
     Reason(String),
+    /// Its format's feature is off.
+    #[cfg(not(all(feature = "exr", feature = "jpeg", feature = "png")))]
+    NotBuiltIn,
     /// Too many pixels, or none.
     Size(u64, u64),
     /// An EXR without R, G, B or Y; the channels it has.
+    #[cfg(feature = "exr")]
     Channels(String),
 }
 
@@ -36,12 +46,17 @@ pub(super) fn read(path: &Path) -> Result<Picture, PictureError> {
         .ok_or_else(|| PictureError::UnknownFormat { path: path.to_owned() })?;
     // The decoders of others are meant not to panic; a file that finds a way must not end the process.
     let decoded = catch_unwind(AssertUnwindSafe(|| match format {
+        #[cfg(feature = "png")]
         Format::Png => decode_display(&bytes, ImageFormat::Png),
+        #[cfg(feature = "jpeg")]
         Format::Jpeg => {
             check_jpeg_is_whole(&bytes).and_then(|()| decode_display(&bytes, ImageFormat::Jpeg))
         }
         Format::Hdr => radiance::decode(&bytes),
+        #[cfg(feature = "exr")]
         Format::Exr => openexr::decode(&bytes),
+        #[cfg(not(all(feature = "exr", feature = "jpeg", feature = "png")))]
+        _ => Err(DecodeError::NotBuiltIn),
     }))
     .unwrap_or_else(|_| Err(DecodeError::reason("the decoder gave up; the file is damaged")));
     decoded.map_err(|error| {
@@ -49,6 +64,9 @@ pub(super) fn read(path: &Path) -> Result<Picture, PictureError> {
         match error {
             DecodeError::Reason(reason) => PictureError::Decode { path, format, reason },
             DecodeError::Size(width, height) => PictureError::BadSize { path, width, height },
+            #[cfg(not(all(feature = "exr", feature = "jpeg", feature = "png")))]
+            DecodeError::NotBuiltIn => PictureError::NotBuiltIn { path, format },
+            #[cfg(feature = "exr")]
             DecodeError::Channels(found) => PictureError::NoColorChannels { path, found },
         }
     })
@@ -91,10 +109,11 @@ pub(super) fn checked_size(width: u64, height: u64) -> Result<(usize, usize), De
 }
 
 /// PNG and JPEG: sRGB values of 8 or 16 bits.
+#[cfg(any(feature = "jpeg", feature = "png"))]
 fn decode_display(bytes: &[u8], format: ImageFormat) -> Result<Picture, DecodeError> {
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(MAX_DECODER_BYTES);
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut reader = ImageReader::with_format(std::io::Cursor::new(bytes), format);
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(DecodeError::reason)?;
     let (width, height) = decoder.dimensions();
@@ -125,6 +144,7 @@ fn decode_display(bytes: &[u8], format: ImageFormat) -> Result<Picture, DecodeEr
 ///
 /// ITU-T T.81, B.1.1: segments of marker, length and content; after a start-of-scan segment, coded data
 /// in which 0xff is followed by 0 or a restart marker.
+#[cfg(feature = "jpeg")]
 fn check_jpeg_is_whole(bytes: &[u8]) -> Result<(), DecodeError> {
     const START_OF_SCAN: u8 = 0xda;
     const END_OF_IMAGE: u8 = 0xd9;

@@ -48,6 +48,7 @@ pub(super) static LINEAR_FROM_BYTE: LazyLock<Vec<f32>> = LazyLock::new(|| {
 });
 
 /// Linear value of each 16-bit word.
+#[cfg(any(feature = "jpeg", feature = "png"))]
 pub(super) static LINEAR_FROM_WORD: LazyLock<Vec<f32>> = LazyLock::new(|| {
     (0..=u16::MAX).map(|w| linear_from_encoded(f64::from(w) / 65535.0) as f32).collect()
 });

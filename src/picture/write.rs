@@ -3,11 +3,9 @@
 use std::io;
 use std::path::Path;
 
-use glam::Vec3;
-use image::ImageEncoder;
-use image::codecs::png::PngEncoder;
-
-use super::{Format, Picture, PictureError, ToneMap, openexr, radiance, srgb, write_whole_file};
+#[cfg(feature = "exr")]
+use super::openexr;
+use super::{Format, Picture, PictureError, ToneMap, radiance, write_whole_file};
 
 /// How linear values become the display values of a PNG.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,24 +26,12 @@ pub(super) fn write(picture: &Picture, path: &Path, png: &PngOptions) -> Result<
         return Err(PictureError::BadExposure { exposure_ev: png.exposure_ev });
     }
     let written: io::Result<()> = match format {
+        #[cfg(feature = "exr")]
         Format::Exr => write_whole_file(path, |writer| openexr::encode(picture, writer)),
         Format::Hdr => write_whole_file(path, |writer| radiance::encode(picture, writer)),
-        _ => {
-            let bytes = display_bytes(&picture.rgb, png);
-            write_whole_file(path, |writer| {
-                PngEncoder::new(writer)
-                    .write_image(
-                        &bytes,
-                        picture.width,
-                        picture.height,
-                        image::ExtendedColorType::Rgb8,
-                    )
-                    .map_err(|e| match e {
-                        image::ImageError::IoError(e) => e,
-                        e => io::Error::other(e),
-                    })
-            })
-        }
+        #[cfg(feature = "png")]
+        Format::Png => write_whole_file(path, |writer| encode_png(picture, png, writer)),
+        _ => return Err(PictureError::NotBuiltIn { path: path.to_owned(), format }),
     };
     written.map_err(|source| PictureError::Write { path: path.to_owned(), source })
 }
@@ -61,8 +47,22 @@ fn format_from_ending(path: &Path) -> Result<Format, PictureError> {
     }
 }
 
+#[cfg(feature = "png")]
+fn encode_png(picture: &Picture, options: &PngOptions, writer: impl io::Write) -> io::Result<()> {
+    use image::ImageEncoder;
+
+    let bytes = display_bytes(&picture.rgb, options);
+    image::codecs::png::PngEncoder::new(writer)
+        .write_image(&bytes, picture.width, picture.height, image::ExtendedColorType::Rgb8)
+        .map_err(|e| match e {
+            image::ImageError::IoError(e) => e,
+            e => io::Error::other(e),
+        })
+}
+
 /// Three bytes a pixel. The pixels are finite.
-fn display_bytes(rgb: &[Vec3], options: &PngOptions) -> Vec<u8> {
+#[cfg(feature = "png")]
+fn display_bytes(rgb: &[glam::Vec3], options: &PngOptions) -> Vec<u8> {
     let scale = f64::from(options.exposure_ev).exp2();
     rgb.iter()
         .flat_map(|&rgb| {
@@ -70,7 +70,7 @@ fn display_bytes(rgb: &[Vec3], options: &PngOptions) -> Vec<u8> {
             if let Some(tone_map) = options.tone_map {
                 exposed = tone_map.apply(exposed.as_vec3()).as_dvec3();
             }
-            exposed.to_array().map(srgb::byte_from_linear)
+            exposed.to_array().map(super::srgb::byte_from_linear)
         })
         .collect()
 }

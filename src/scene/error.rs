@@ -35,6 +35,14 @@ pub enum ErrorKind {
         /// How the name ends.
         extension: String,
     },
+    /// A format that this build leaves out.
+    #[error("{format} files are not read by this build of lucerna; enable its feature `{feature}`")]
+    NotBuiltIn {
+        /// Its name.
+        format: &'static str,
+        /// The feature of this crate.
+        feature: &'static str,
+    },
     /// A cap of [`super::LoadLimits`] would be passed.
     #[error(
         "{what}: {needed} is more than the limit {limit}; raise LoadLimits::{setting} if the file is to be trusted"
@@ -159,6 +167,7 @@ pub enum ErrorKind {
         problem: String,
     },
     /// The OBJ parser refused what the checks had passed.
+    #[cfg(feature = "obj")]
     #[error("OBJ: {0}")]
     Obj(tobj::LoadError),
 }
@@ -310,6 +319,16 @@ pub enum ImageError {
     /// Its bytes lie outside their buffer.
     #[error("{0}")]
     Data(String),
+    /// A format that this build leaves out.
+    #[error(
+        "is a {format} file, which this build of lucerna leaves out; enable its feature `{feature}`"
+    )]
+    NotBuiltIn {
+        /// Its name.
+        format: &'static str,
+        /// The feature of this crate.
+        feature: &'static str,
+    },
     /// Neither PNG nor JPEG.
     #[error("neither PNG nor JPEG; convert it")]
     Format,
@@ -583,8 +602,10 @@ impl fmt::Display for Warning {
 }
 
 /// Warnings kept of one file; a hostile file could otherwise fill the memory with them.
+#[cfg(any(feature = "gltf", feature = "obj"))]
 const MAX_WARNINGS: usize = 1000;
 
+#[cfg(any(feature = "gltf", feature = "obj"))]
 /// Collects warnings up to a cap.
 #[derive(Debug, Default)]
 pub(super) struct Warnings {
@@ -592,6 +613,7 @@ pub(super) struct Warnings {
     n_left_out: usize,
 }
 
+#[cfg(any(feature = "gltf", feature = "obj"))]
 impl Warnings {
     pub fn push(&mut self, warning: Warning) {
         if self.kept.len() < MAX_WARNINGS {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Decoding of images under caps.
 
-use std::io::Cursor;
-
+#[cfg(any(feature = "jpeg", feature = "png"))]
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::Image;
@@ -25,13 +24,32 @@ pub(super) fn decode(
     limits: &LoadLimits,
     budget: &mut Budget,
 ) -> Result<Image, ImageError> {
-    let format = image::guess_format(bytes).map_err(|_| ImageError::Format)?;
-    if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg) {
-        return Err(ImageError::Format);
+    if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+        #[cfg(feature = "png")]
+        return decode_as(ImageFormat::Png, name, bytes, limits, budget);
+        #[cfg(not(feature = "png"))]
+        return Err(ImageError::NotBuiltIn { format: "PNG", feature: "png" });
     }
+    if bytes.starts_with(b"\xff\xd8\xff") {
+        #[cfg(feature = "jpeg")]
+        return decode_as(ImageFormat::Jpeg, name, bytes, limits, budget);
+        #[cfg(not(feature = "jpeg"))]
+        return Err(ImageError::NotBuiltIn { format: "JPEG", feature: "jpeg" });
+    }
+    Err(ImageError::Format)
+}
+
+#[cfg(any(feature = "jpeg", feature = "png"))]
+fn decode_as(
+    format: ImageFormat,
+    name: String,
+    bytes: &[u8],
+    limits: &LoadLimits,
+    budget: &mut Budget,
+) -> Result<Image, ImageError> {
     let decode = |e: image::ImageError| ImageError::Decode(e.to_string());
 
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut reader = ImageReader::with_format(std::io::Cursor::new(bytes), format);
     let mut decoder_limits = Limits::no_limits();
     decoder_limits.max_alloc = Some(
         limits

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Caps on what a scene file may cost.
 
+#[cfg(any(feature = "gltf", feature = "obj"))]
 use super::error::ErrorKind;
 
 /// Caps on what loading may cost. A file that asks for more is refused before the memory is taken.
@@ -45,6 +46,7 @@ impl Default for LoadLimits {
     }
 }
 
+#[cfg(any(feature = "gltf", feature = "obj"))]
 /// Counts bytes against [`LoadLimits::max_bytes`].
 #[derive(Debug)]
 pub(super) struct Budget {
@@ -52,6 +54,7 @@ pub(super) struct Budget {
     used: u64,
 }
 
+#[cfg(any(feature = "gltf", feature = "obj"))]
 impl Budget {
     pub fn new(limits: &LoadLimits) -> Self {
         Self { limit: limits.max_bytes, used: 0 }

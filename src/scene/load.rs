@@ -5,10 +5,11 @@ use std::path::Path;
 
 use glam::Vec3;
 
+use super::Scene;
 use super::error::{ErrorKind, SceneError, Warning, short};
-use super::limits::{Budget, LoadLimits};
-use super::resource::read_file;
-use super::{Scene, gltf, obj};
+#[cfg(any(feature = "gltf", feature = "obj"))]
+use super::limits::Budget;
+use super::limits::LoadLimits;
 
 /// A scene that was loaded, and what of its file was skipped or replaced.
 #[derive(Debug)]
@@ -23,7 +24,8 @@ pub struct Loaded {
 
 impl Scene {
     /// Reads a `.gltf`, `.glb` or `.obj` file (told by its ending, in any case) and the files that
-    /// it names, which must lie in its folder or below. The file is not trusted.
+    /// it names, which must lie in its folder or below. The file is not trusted. Features `gltf` and `obj` bring the formats,
+    /// `png` and `jpeg` those of their images.
     ///
     /// The scene returned holds to this ([`Scene::validate`] checks it):
     ///
@@ -71,8 +73,8 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// The file, or a buffer that it needs, cannot be read, is not what its format says, requires
-    /// an unsupported extension, or asks for more than `limits`.
+    /// The file's format was not built in; the file, or a buffer that it needs, cannot be read, is not what its format says,
+    /// requires an unsupported extension, or asks for more than `limits`.
     pub fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, SceneError> {
         load(path, limits).map_err(|kind| SceneError { file: Some(path.to_owned()), kind })
     }
@@ -83,12 +85,13 @@ impl Scene {
     /// # Errors
     ///
     /// As [`Scene::load`]; a missing folder counts as an unreadable file.
+    #[cfg(feature = "gltf")]
     pub fn from_gltf_slice(
         bytes: &[u8],
         folder: Option<&Path>,
         limits: &LoadLimits,
     ) -> Result<Loaded, SceneError> {
-        Ok(gltf::load(bytes, folder, limits, Budget::new(limits))?)
+        Ok(super::gltf::load(bytes, folder, limits, Budget::new(limits))?)
     }
 
     /// Like [`Scene::load`], from the bytes of an `.obj` file. Material libraries and images lie in
@@ -97,12 +100,13 @@ impl Scene {
     /// # Errors
     ///
     /// As [`Scene::load`].
+    #[cfg(feature = "obj")]
     pub fn from_obj_slice(
         bytes: &[u8],
         folder: Option<&Path>,
         limits: &LoadLimits,
     ) -> Result<Loaded, SceneError> {
-        Ok(obj::load(bytes, folder, limits, Budget::new(limits))?)
+        Ok(super::obj::load(bytes, folder, limits, Budget::new(limits))?)
     }
 
     /// Corners of the box around all triangles in world space \[m\], least and greatest; `None`
@@ -130,25 +134,35 @@ impl Scene {
     }
 }
 
+#[cfg_attr(not(any(feature = "gltf", feature = "obj")), allow(unused_variables))]
 fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, ErrorKind> {
     let extension =
         path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let is_obj = match extension.as_str() {
-        "gltf" | "glb" => false,
-        "obj" => true,
-        _ => {
-            return Err(ErrorKind::UnknownFormat { extension: short(&extension) });
-        }
-    };
+    match extension.as_str() {
+        #[cfg(feature = "gltf")]
+        "gltf" | "glb" => read(path, limits, super::gltf::load),
+        #[cfg(not(feature = "gltf"))]
+        "gltf" | "glb" => Err(ErrorKind::NotBuiltIn { format: "glTF", feature: "gltf" }),
+        #[cfg(feature = "obj")]
+        "obj" => read(path, limits, super::obj::load),
+        #[cfg(not(feature = "obj"))]
+        "obj" => Err(ErrorKind::NotBuiltIn { format: "OBJ", feature: "obj" }),
+        _ => Err(ErrorKind::UnknownFormat { extension: short(&extension) }),
+    }
+}
+
+/// Reads the file for one of the formats.
+#[cfg(any(feature = "gltf", feature = "obj"))]
+fn read(
+    path: &Path,
+    limits: &LoadLimits,
+    load: fn(&[u8], Option<&Path>, &LoadLimits, Budget) -> Result<Loaded, ErrorKind>,
+) -> Result<Loaded, ErrorKind> {
     let mut budget = Budget::new(limits);
-    let bytes = read_file(path, &mut budget)?;
+    let bytes = super::resource::read_file(path, &mut budget)?;
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    if is_obj {
-        obj::load(&bytes, Some(folder), limits, budget)
-    } else {
-        gltf::load(&bytes, Some(folder), limits, budget)
-    }
+    load(&bytes, Some(folder), limits, budget)
 }

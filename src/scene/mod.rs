@@ -4,14 +4,20 @@
 //! read from a file by [`Scene::load`] or put together by hand, and given to the GPU by
 //! [`crate::gpu_scene::GpuScene`].
 
+#[cfg(any(feature = "gltf", feature = "obj"))]
 mod clean;
 mod error;
+#[cfg(feature = "gltf")]
 mod gltf;
+#[cfg(any(feature = "gltf", feature = "obj"))]
 mod image;
 mod limits;
 mod load;
+#[cfg(feature = "obj")]
 mod obj;
+#[cfg(any(feature = "gltf", feature = "obj"))]
 mod rebase;
+#[cfg(any(feature = "gltf", feature = "obj"))]
 mod resource;
 mod validate;
 

@@ -5,10 +5,12 @@
 //! `variants/<axis>/<value>/`, which replace those of the same path. A kernel exists in every combination of the axes
 //! that its imports meet, and in no other: nobody keeps a list.
 
+#[cfg(not(without_compose))]
 use naga::valid::Capabilities;
 use std::fmt;
 
 /// What plain WebGPU has and naga asks for: `pack2x16float` and its kin (they need no f16).
+#[cfg(not(without_compose))]
 pub const BASELINE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
 /// One thing that can be chosen when a kernel is composed.
@@ -25,12 +27,17 @@ pub struct Axis {
 pub struct AxisValue {
     /// Its name, and that of its folder.
     pub name: &'static str,
-    /// The naga capabilities that its modules need besides [`BASELINE`].
+    /// The naga capabilities that its modules need besides [`BASELINE`] (feature `compose`).
+    #[cfg(not(without_compose))]
     pub capabilities: Capabilities,
 }
 
 const fn plain(name: &'static str) -> AxisValue {
-    AxisValue { name, capabilities: Capabilities::empty() }
+    AxisValue {
+        name,
+        #[cfg(not(without_compose))]
+        capabilities: Capabilities::empty(),
+    }
 }
 
 /// The axes of lucerna's kernels.
@@ -39,7 +46,11 @@ pub const AXES: &[Axis] = &[
         name: "rays",
         values: &[
             plain("software"),
-            AxisValue { name: "ray_query", capabilities: Capabilities::RAY_QUERY },
+            AxisValue {
+                name: "ray_query",
+                #[cfg(not(without_compose))]
+                capabilities: Capabilities::RAY_QUERY,
+            },
         ],
     },
     Axis { name: "textures", values: &[plain("atlas"), plain("none")] },
@@ -115,10 +126,12 @@ impl Variant {
     }
 
     /// The naga capabilities that its values need together.
+    #[cfg(not(without_compose))]
     pub fn capabilities(self) -> Capabilities {
         self.capabilities_of(AXES)
     }
 
+    #[cfg(not(without_compose))]
     pub(super) fn capabilities_of(self, axes: &[Axis]) -> Capabilities {
         let chosen = axes.iter().enumerate().map(|(ix, axis)| axis.values[self.value(ix)]);
         chosen.fold(BASELINE, |all, value| all.union(value.capabilities))

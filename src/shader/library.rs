@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Modules by import path, and composing them.
 
-use super::budget::{Budget, Counted, Resources};
+use super::budget::{Budget, Resources};
 use super::interface::Interface;
 use super::layers::{Layer, layer_of};
 use super::problem::{Problem, Rule};
+use super::reflect::Counted;
 use super::scan::DeclarationKind;
 use super::{BASELINE, KERNELS, ROOT, layers, scan};
 use naga::WithSpan;

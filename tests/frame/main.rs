@@ -6,6 +6,7 @@ mod gbuffer;
 #[allow(dead_code)]
 #[path = "../kernels/harness.rs"]
 mod harness;
+mod recording;
 mod scales;
 mod shadows;
 #[allow(dead_code)]

@@ -42,6 +42,8 @@ pub use settings::{Specular, VoxelConeSettings};
 /// The technique: prefiltered voxels of a scene, and cones through them.
 #[derive(Debug)]
 pub struct VoxelCone {
+    chosen: VoxelConeSettings,
+    /// The same without what makes no difference in the scene.
     settings: VoxelConeSettings,
     light: VoxelLight,
     attributes: Vec<VoxelAttributes>,
@@ -105,11 +107,13 @@ impl VoxelCone {
         let pyramid = Pyramid::new(gpu, &grids, settings.storage, squared)?;
         // Nothing mirrors where everything is Lambert.
         let mirrors = settings.specular != Specular::Off && !scene.facts().diffuse_only;
+        let chosen = settings;
         let settings = VoxelConeSettings {
             occludes_specular: settings.occludes_specular && mirrors,
             ..settings
         };
         Ok(Self {
+            chosen,
             peak: PeakPass::new(gpu),
             fill: FillPass::new(gpu, &pyramid),
             prefilter: PrefilterPass::new(gpu, &pyramid),
@@ -126,7 +130,7 @@ impl VoxelCone {
 
     /// What was chosen.
     pub fn chosen(&self) -> &VoxelConeSettings {
-        &self.settings
+        &self.chosen
     }
 
     /// The component that keeps the voxels' light.
@@ -229,7 +233,7 @@ impl Technique for VoxelCone {
     }
 
     fn settings(&self) -> Vec<(Setting, SettingValue)> {
-        self.settings.described()
+        self.chosen.described()
     }
 
     fn stats(&self) -> Vec<Stat> {

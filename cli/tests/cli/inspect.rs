@@ -1,6 +1,7 @@
 //! `kernels`, `export`, `compare`, `doctor`.
 
 use crate::support::{empty_folder, fixture, has_adapter, lucerna, names_in, path, run};
+use lucerna::naga;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::Stdio;

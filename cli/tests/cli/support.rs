@@ -87,7 +87,7 @@ pub fn has_adapter() -> bool {
 }
 
 pub fn fixture(name: &str) -> String {
-    path(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name)).to_owned()
+    path(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures").join(name)).to_owned()
 }
 
 pub fn cornell() -> String {

@@ -4,8 +4,8 @@
 use super::{
     ChannelArgument, Ready, RenderArguments, interrupt_flag, prepare, write_picture, write_timings,
 };
-use crate::cli::CommandResult;
-use crate::cli::progress::Meter;
+use crate::CommandResult;
+use crate::progress::Meter;
 use clap::Args;
 use lucerna::blocking::{
     FramesToRender, LostGpu, Progress, read_film, read_stat, render_frames_with,

@@ -1,5 +1,4 @@
 //! The `lucerna` program from outside: exit codes, what goes to which stream, and the files it leaves.
-#![cfg(feature = "cli")]
 
 mod arguments;
 mod inspect;

@@ -1,4 +1,5 @@
-//! The command line: arguments, and one file for each command.
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The `lucerna` program: arguments, and one file for each command. See `lucerna --help`.
 
 /// `println!` that returns an error where that panics: when the reader has gone away.
 macro_rules! outln {
@@ -58,8 +59,8 @@ enum Command {
     Doctor,
 }
 
-/// Runs the program: 0 done, 1 the work failed, 2 the command line is wrong.
-pub fn run() -> ExitCode {
+/// Exit code 0: done; 1: the work failed; 2: the command line is wrong.
+fn main() -> ExitCode {
     let arguments = Arguments::parse();
     tracing_subscriber::fmt()
         .with_env_filter(

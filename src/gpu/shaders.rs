@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Where kernels come from.
+
+use super::Gpu;
+use crate::modules::kernel;
+use crate::shader::{Interface, Variant};
+use std::borrow::Cow;
+
+#[cfg(feature = "compose")]
+use crate::shader::Source;
+
+/// Where kernels come from: a variant, and (feature `compose`) modules of one's own that replace lucerna's or stand beside
+/// them.
+#[derive(Clone, Debug, Default)]
+pub struct Shaders {
+    variant: Variant,
+    #[cfg(feature = "compose")]
+    own: std::sync::Arc<[Source]>,
+}
+
+impl Shaders {
+    /// lucerna's kernels in a variant.
+    pub fn new(variant: Variant) -> Self {
+        Self::default().with_variant(variant)
+    }
+
+    /// The same with another variant.
+    pub fn with_variant(&self, variant: Variant) -> Self {
+        let mut out = self.clone();
+        out.variant = variant;
+        out
+    }
+
+    /// The values of the axes.
+    pub fn variant(&self) -> Variant {
+        self.variant
+    }
+
+    /// A kernel for a device: the build's WGSL, or naga's IR composed now.
+    ///
+    /// # Panics
+    /// If there is no such kernel, it has to be composed and the feature `compose` is off, or a module of one's own does not
+    /// fit: the message holds the problems.
+    pub(crate) fn module(&self, gpu: &Gpu, name: &str) -> (wgpu::ShaderModule, Interface) {
+        let (source, interface) = self.source(name);
+        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source };
+        (gpu.device.create_shader_module(descriptor), interface)
+    }
+}
+
+#[cfg(not(feature = "compose"))]
+impl Shaders {
+    /// Whether two sources make the same kernels.
+    pub fn same(&self, other: &Self) -> bool {
+        self.variant == other.variant
+    }
+
+    /// A kernel's text or IR, and what it binds. Panics as [`Self::module`] does.
+    pub(super) fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
+        let variant = self.variant;
+        let Some(row) = kernel(name, variant) else { panic!("there is no kernel `{name}`") };
+        let Some(text) = row.composed else {
+            panic!(
+                "{name} in the variant {variant} is composed at run time: enable lucerna's feature `compose`"
+            )
+        };
+        (wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)), row.interface.clone())
+    }
+}
+
+#[cfg(feature = "compose")]
+impl Shaders {
+    /// The same with a module of one's own: under an import path of the scene seam it replaces lucerna's. A module whose path
+    /// begins with `lucerna::kernels::` is a kernel.
+    pub fn with_module(&self, module: Source) -> Self {
+        let mut own = self.own.to_vec();
+        own.retain(|known| known.import_path != module.import_path);
+        own.push(module);
+        Self { variant: self.variant, own: own.into() }
+    }
+
+    /// Whether two sources make the same kernels.
+    pub fn same(&self, other: &Self) -> bool {
+        self.variant == other.variant && self.own == other.own
+    }
+
+    /// A kernel's text or IR, and what it binds. Panics as [`Self::module`] does.
+    pub(super) fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
+        use crate::shader::{Budget, RAY_QUERY, Target};
+
+        let row = kernel(name, self.variant);
+        if let (true, Some(row)) = (self.own.is_empty(), row)
+            && let Some(text) = row.composed
+        {
+            return (wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)), row.interface.clone());
+        }
+        let path = format!("lucerna::kernels::{}", name.replace('/', "::"));
+        let own_kernel = self.own.iter().find(|source| source.import_path == path);
+        let source = match (own_kernel, row) {
+            (Some(source), _) => source.clone(),
+            (None, Some(row)) => {
+                Source { import_path: path, file: row.file.into(), text: Cow::Borrowed(row.source) }
+            }
+            (None, None) => panic!("there is no kernel `{name}`"),
+        };
+        let mut library = crate::library_of(self.variant);
+        for module in self.own.iter().filter(|module| module.import_path != source.import_path) {
+            library.insert(module.clone());
+        }
+        let budget = (!self.variant.has(RAY_QUERY)).then_some(Budget::BASELINE);
+        let target = Target { capabilities: self.variant.capabilities(), budget };
+        match library.compose(&source, target) {
+            Ok(composed) => {
+                (wgpu::ShaderSource::Naga(Cow::Owned(composed.module)), composed.interface)
+            }
+            Err(problems) => {
+                let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
+                panic!("{name} does not compose:\n{}", problems.join("\n\n"))
+            }
+        }
+    }
+}

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Outputs against an oracle.
+
+use super::golden;
+use std::fmt::Debug;
+
+/// Failures that a message shows.
+const SHOWN: usize = 5;
+
+/// How far a number may be from what is expected: the sum of three parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// As it is.
+    pub absolute: f64,
+    /// Times the expected value's size.
+    pub relative: f64,
+    /// Times the distance of f32 neighbours around the expected value.
+    pub ulps: f64,
+}
+
+impl Tolerance {
+    /// None at all.
+    pub const EXACT: Self = Self { absolute: 0.0, relative: 0.0, ulps: 0.0 };
+
+    /// Of a fixed size.
+    pub const fn absolute(absolute: f64) -> Self {
+        Self { absolute, ..Self::EXACT }
+    }
+
+    /// Of a share of the expected value.
+    pub const fn relative(relative: f64) -> Self {
+        Self { relative, ..Self::EXACT }
+    }
+
+    /// Of units in the last place of f32.
+    pub const fn ulps(ulps: f64) -> Self {
+        Self { ulps, ..Self::EXACT }
+    }
+
+    /// How far from `expected` a number may be.
+    pub fn around(self, expected: f64) -> f64 {
+        self.absolute + self.relative * expected.abs() + self.ulps * ulp(expected)
+    }
+
+    /// An error in units of the tolerance: at most 1 passes. NaN is expected or wrong, infinities too.
+    fn error(self, actual: f64, expected: f64) -> f64 {
+        if actual == expected || actual.is_nan() && expected.is_nan() {
+            return 0.0;
+        }
+        let error = (actual - expected).abs() / self.around(expected);
+        if error.is_nan() || expected.is_infinite() { f64::INFINITY } else { error }
+    }
+}
+
+/// The distance of f32 neighbours at a value.
+fn ulp(value: f64) -> f64 {
+    let exponent = value.abs().max(f64::from(f32::MIN_POSITIVE)).log2().floor();
+    (exponent - 23.0).exp2()
+}
+
+/// What is compared number by number.
+pub trait Scalars {
+    /// Its numbers in order.
+    fn scalars(&self) -> Vec<f64>;
+}
+
+impl Scalars for f32 {
+    fn scalars(&self) -> Vec<f64> {
+        vec![f64::from(*self)]
+    }
+}
+
+impl Scalars for f64 {
+    fn scalars(&self) -> Vec<f64> {
+        vec![*self]
+    }
+}
+
+impl<T: Scalars, const N: usize> Scalars for [T; N] {
+    fn scalars(&self) -> Vec<f64> {
+        self.iter().flat_map(T::scalars).collect()
+    }
+}
+
+macro_rules! scalars_of_vectors {
+    ($($vector:ty),*) => {
+        $(impl Scalars for $vector {
+            fn scalars(&self) -> Vec<f64> {
+                self.to_array().scalars()
+            }
+        })*
+    };
+}
+
+scalars_of_vectors!(glam::Vec2, glam::Vec3, glam::Vec4, glam::DVec2, glam::DVec3, glam::DVec4);
+
+/// Compares each output with what `oracle` says of its input, number by number. The oracle may give fewer numbers than an
+/// output has: the rest is padding.
+///
+/// Returns the largest error in units of the tolerance, at most 1.
+///
+/// # Panics
+/// If a number is further off, or there are not as many outputs as inputs. The message counts such outputs and shows the
+/// first ones with their inputs.
+pub fn assert_near<I: Debug, O: Scalars + Debug, E: Scalars>(
+    what: &str,
+    inputs: &[I],
+    outputs: &[O],
+    tolerance: Tolerance,
+    oracle: impl Fn(&I) -> E,
+) -> f64 {
+    assert_eq!(inputs.len(), outputs.len(), "{what}: as many outputs as inputs");
+    let expected: Vec<_> = inputs.iter().map(|input| oracle(input).scalars()).collect();
+    golden::write_expected(what, &expected, tolerance);
+    let mut worst = 0.0f64;
+    let mut n_failed = 0;
+    let mut shown = String::new();
+    for ((input, output), expected) in inputs.iter().zip(outputs).zip(&expected) {
+        let actual = output.scalars();
+        assert!(expected.len() <= actual.len(), "{what}: more is expected than an output holds");
+        let errors = actual.iter().zip(expected).map(|(&a, &e)| tolerance.error(a, e));
+        let error = errors.fold(0.0, f64::max);
+        worst = worst.max(error);
+        if error > 1.0 {
+            n_failed += 1;
+            if n_failed <= SHOWN {
+                shown += &format!(
+                    "\n  {input:?}: {output:?}, expected {expected:?}; off by {error:.3} tolerances"
+                );
+            }
+        }
+    }
+    let n = inputs.len();
+    assert!(
+        n_failed == 0,
+        "{what}: {n_failed} of {n} outputs are off by more than {tolerance:?}{shown}"
+    );
+    worst
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tolerances_add_up() {
+        assert_eq!(ulp(1.0), f64::from(f32::EPSILON));
+        assert_eq!(ulp(-3.0), 2.0 * f64::from(f32::EPSILON));
+        assert_eq!(ulp(0.0), f64::from(f32::from_bits(1)));
+        let tolerance = Tolerance { absolute: 0.5, relative: 0.25, ulps: 2.0 };
+        assert_eq!(tolerance.around(-2.0), 1.0 + 4.0 * f64::from(f32::EPSILON));
+        assert_eq!(tolerance.error(f64::NAN, 1.0), f64::INFINITY);
+        assert_eq!(tolerance.error(1.0, f64::INFINITY), f64::INFINITY);
+        assert_eq!(tolerance.error(f64::NAN, f64::NAN), 0.0);
+        assert_eq!(Tolerance::EXACT.error(2.0, 2.0), 0.0);
+        assert_eq!(Tolerance::EXACT.error(2.0, 2.5), f64::INFINITY);
+    }
+
+    #[test]
+    fn the_worst_error_comes_back() {
+        let oracle = |&x: &f32| [f64::from(x)];
+        let worst =
+            assert_near("x", &[1.0, 2.0], &[1.25f32, 2.0], Tolerance::absolute(0.5), oracle);
+        assert_eq!(worst, 0.5);
+    }
+
+    #[test]
+    #[should_panic(expected = "x: 1 of 2 outputs are off")]
+    fn an_error_fails() {
+        assert_near("x", &[1.0, 2.0], &[1.0f32, f32::NAN], Tolerance::relative(0.5), |&x: &f64| x);
+    }
+}
