@@ -103,10 +103,7 @@ const HOST_STRUCTS_KERNEL: &str = "host_structs";
 /// group 0: such gaps get a binding that nobody uses, in the copy alone.
 fn stage(tree: &CheckedTree, wgsl: &Path, out: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let staged = out.join("staged");
-    if staged.exists() {
-        fs::remove_dir_all(&staged)?;
-    }
-    copy_tree(wgsl, &staged)?;
+    super::copy_tree(wgsl, &staged)?;
     let filled = |groups: BTreeSet<u32>| -> String {
         let last = groups.last().copied().unwrap_or(0);
         (0..last)
@@ -144,20 +141,6 @@ fn stage(tree: &CheckedTree, wgsl: &Path, out: &Path) -> Result<PathBuf, Box<dyn
 /// Kernels as the tree stands.
 fn baseline(tree: &CheckedTree) -> impl Iterator<Item = &CheckedKernel> {
     tree.kernels.iter().filter(|kernel| kernel.variant == Variant::BASELINE)
-}
-
-fn copy_tree(from: &Path, to: &Path) -> Result<(), Box<dyn Error>> {
-    fs::create_dir_all(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let target = to.join(entry.file_name());
-        if entry.file_type()?.is_dir() {
-            copy_tree(&entry.path(), &target)?;
-        } else {
-            fs::copy(entry.path(), target)?;
-        }
-    }
-    Ok(())
 }
 
 /// What wgsl_bindgen makes of it.

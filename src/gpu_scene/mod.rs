@@ -21,6 +21,7 @@ use glam::Vec3;
 use lights::{LightTable, MaterialEmission, SkyLight};
 use wgpu::util::DeviceExt;
 
+pub use crate::bindings::lucerna::scene::rays::BvhNode;
 pub use bvh::{Bvh, STACK_SIZE, build_obvhs};
 pub use flatten::WorldTriangles;
 

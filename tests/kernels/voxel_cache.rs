@@ -1,12 +1,12 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The kernels that go over the records of `voxel-rt`'s cache: carry, walls, publish.
 
 use crate::harness::{Random, gpu, read, submit};
 use bytemuck::Zeroable;
 use glam::{IVec3, UVec3, Vec3};
-use lucerna::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
 use lucerna::components::voxel_light::{
-    CacheBuffers, CarryInfo, CarryPass, FaceLight, PublishInfo, PublishPass, WallsInfo, WallsPass,
-    sparse_grid,
+    CacheBuffers, CarryInfo, CarryPass, FaceLight, PublishInfo, PublishPass, VoxelLevel,
+    VoxelLevels, WallsInfo, WallsPass, sparse_grid,
 };
 use lucerna::components::voxels::{RECORD_GROUPS_OFFSET, VOXEL_GROUPS_OFFSET};
 use lucerna::components::voxels::{VoxelCounts, VoxelGrid};
