@@ -70,7 +70,7 @@ impl VoxelAttributes {
     /// [`VoxelAttributes::new`], recorded before.
     ///
     /// # Errors
-    /// [`VoxelError::OtherScene`]; nothing is recorded then.
+    /// [`VoxelError::Mismatch`]; nothing is recorded then.
     pub fn record(
         &self,
         recorder: &mut Recorder,
