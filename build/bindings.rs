@@ -41,8 +41,12 @@ fn data_of(item: Item, path: &[String], tree: &CheckedTree) -> Option<Item> {
             document(&mut of.attrs, text, &head);
             let inside = text.find(&head).map_or("", |at| &text[at..]);
             for field in &mut of.fields {
-                let head = format!("{}:", field.ident.as_ref()?);
-                document(&mut field.attrs, inside, &head);
+                let name = field.ident.as_ref()?.to_string();
+                document(&mut field.attrs, inside, &format!("{name}:"));
+                // Padding is nobody's business outside.
+                if name.starts_with("reserved") {
+                    field.vis = syn::parse_quote! { pub(crate) };
+                }
             }
             Some(Item::Struct(of))
         }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The sky's image and the distribution from which its directions are drawn.
+//!
+//! [`sky_distribution`] makes what the functions of `wgsl/sky/environment.wgsl` read, for who takes them into a renderer of their own.
 
 use super::GpuSceneError;
 use super::lights::luminance;
@@ -11,7 +13,7 @@ use wgpu::util::DeviceExt;
 
 /// Radiance and cumulative distribution as textures (1×1 where the sky is constant).
 #[derive(Debug)]
-pub struct SkyTextures {
+pub(super) struct SkyTextures {
     pub image: wgpu::TextureView,
     /// (width + 1) × height, r32float: column 0 is the cumulative distribution over rows, the others
     /// that within each row.
@@ -53,7 +55,7 @@ impl SkyTextures {
             wgpu::TextureFormat::Rgba32Float,
             bytemuck::cast_slice(&texels),
         );
-        let table = distribution(width, height, rgb);
+        let table = sky_distribution(width, height, rgb);
         let distribution = upload(
             gpu,
             "sky distribution",
@@ -108,8 +110,19 @@ fn mean_luminance(width: u32, height: u32, rgb: &[Vec3]) -> f32 {
     (sum / weights) as f32
 }
 
-/// Cumulative distributions by luminance × solid angle; see `wgsl/sampling/environment.wgsl`.
-fn distribution(width: u32, height: u32, rgb: &[Vec3]) -> Vec<f32> {
+/// The distribution of an equirectangular sky's directions by luminance × solid angle, as `wgsl/sky/environment.wgsl` reads it from an
+/// `r32float` texture of (`width` + 1) × `height` texels; row after row, top row first.
+///
+/// Column 0 is the cumulative distribution over the rows, the others that over the columns within each row; the last of each is exactly 1. Where
+/// a row, or the whole sky, is black, it is uniform.
+///
+/// `rgb`: radiance of the `width` · `height` texels, finite and not negative, row after row from +Y down; both sizes at least 1.
+/// (M. Pharr, W. Jakob, G. Humphreys, "Physically Based Rendering", 4th ed., §A.5.6 and §12.5.2, piecewise constant.)
+///
+/// # Panics
+/// If there are not as many texels.
+pub fn sky_distribution(width: u32, height: u32, rgb: &[Vec3]) -> Vec<f32> {
+    assert_eq!(rgb.len(), width as usize * height as usize, "texels of {width} × {height}");
     let mut table = Vec::with_capacity((width as usize + 1) * height as usize);
     let sums: Vec<f64> = (0..height)
         .zip(rgb.chunks(width as usize))

@@ -158,7 +158,8 @@ fn apertures_and_solid_angles() {
     let inputs: Vec<Four> =
         (1..=60).map(|k| four(0.1 * k as f32, k as f32 / 200.0, 0.0, 0.0)).collect();
     let found: Vec<Four> = map(
-        "#import lucerna::cone::march::{cone_solid_angle, spread_of_ggx, spread_of_solid_angle}
+        "#import lucerna::bsdf::ggx::spread_of_ggx
+         #import lucerna::cone::march::{cone_solid_angle, spread_of_solid_angle}
          alias Input = vec4<f32>;
          alias Output = vec4<f32>;
          fn map(x: Input) -> Output {

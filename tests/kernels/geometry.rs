@@ -785,3 +785,45 @@ fn ray_offset_leaves_its_own_triangle() {
     eprintln!("ray offset: {n_hits} self hits, at most {worst:.3} of the bound");
     assert!(n_hits * 100_000 <= inputs.len(), "{n_hits} of {}", inputs.len());
 }
+
+/// Weights within the triangle, for any point: those of its plane clamped each to [0, 1] and scaled to a sum of at most 1, in f64; of triangles
+/// without area, numbers in the same range. Tolerance: 100 roundings over the sine of the angle at `a`, squared, times the distance.
+#[test]
+fn barycentrics_within_stay_within() {
+    let mut random = Random(71);
+    let mut inputs: Vec<[Vec4; 4]> = (0..10_000)
+        .map(|_| {
+            let mut corner = || (random.range(0.2, 1.0) * random.direction()).extend(0.0);
+            [corner(), corner(), corner(), 2.0 * corner()]
+        })
+        .collect();
+    let n = inputs.len();
+    inputs.extend([[Vec4::ONE; 4], [Vec4::ZERO, Vec4::X, 2.0 * Vec4::X, Vec4::Y]]);
+    let found: Vec<[f32; 2]> = map(
+        "#import lucerna::geometry::barycentric::barycentrics_within
+         struct Input { a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, p: vec4<f32> }
+         struct Output { weights: vec2<f32> }
+         fn map(x: Input) -> Output { return Output(barycentrics_within(x.p.xyz, x.a.xyz, x.b.xyz, x.c.xyz)); }",
+        &inputs,
+    );
+    for (ix, ([a, b, c, p], found)) in inputs.iter().zip(&found).enumerate() {
+        assert!(found.iter().all(|w| (0.0..=1.0).contains(w)), "{a} {b} {c} {p}: {found:?}");
+        assert!(found[0] + found[1] <= 1.0 + 2e-7, "{a} {b} {c} {p}: {found:?}");
+        let [a, b, c, p] = [a, b, c, p].map(|v| v.truncate().as_dvec3());
+        let (e, f) = (b - a, c - a);
+        let normal = e.cross(f);
+        let sine = normal.length() / (e.length() * f.length());
+        if ix >= n || sine < 0.02 {
+            continue;
+        }
+        // Dual vectors of the edges.
+        let plane = DVec2::new(f.cross(normal).dot(p - a), normal.cross(e).dot(p - a))
+            / normal.length_squared();
+        let clamped = plane.clamp(DVec2::ZERO, DVec2::ONE);
+        let expected = clamped / (clamped.x + clamped.y).max(1.0);
+        let shortest = e.length().min(f.length());
+        let bound = 100.0 * 6e-8 / (sine * sine * shortest * shortest) + 1e-6;
+        let error = (DVec2::new(found[0].into(), found[1].into()) - expected).length();
+        assert!(error < bound, "{a} {b} {c} {p}: {found:?} for {expected}");
+    }
+}

@@ -172,7 +172,7 @@ fn exact_direction(u: f64, v: f64) -> DVec3 {
 
 fn sky_round_trip(inputs: &[Vec4]) -> Vec<[Vec4; 2]> {
     map(
-        "#import lucerna::light::sky::{uv_from_direction, direction_from_uv}
+        "#import lucerna::sky::equirectangular::{uv_from_direction, direction_from_uv}
         alias Input = vec4<f32>;
         struct Output { there: vec4<f32>, back: vec4<f32> }
         fn map(input: vec4<f32>) -> Output {
@@ -237,7 +237,7 @@ fn equirect_map_round_trips() {
         .map(|_| Vec4::new(random.unit(), 1e-3 + 0.998 * random.unit(), 0.0, 0.0))
         .collect();
     let outputs: Vec<Vec4> = map(
-        "#import lucerna::light::sky::{uv_from_direction, direction_from_uv}
+        "#import lucerna::sky::equirectangular::{uv_from_direction, direction_from_uv}
         alias Input = vec4<f32>;
         alias Output = vec4<f32>;
         fn map(input: vec4<f32>) -> vec4<f32> {

@@ -674,7 +674,7 @@ impl Sky {
         let [w, h] = self.size;
         map_with(
             &format!(
-                "#import lucerna::sampling::environment::{{sample_environment, pdf_environment}}
+                "#import lucerna::sky::environment::{{sample_environment, pdf_environment}}
                 @group(0) @binding(2) var distribution: texture_2d<f32>;
                 struct Output {{ direction: vec3<f32>, pdf: f32, uv: vec2<f32>, again: f32, pad: f32 }}
                 alias Input = vec4<f32>;

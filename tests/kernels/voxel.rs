@@ -143,8 +143,8 @@ fn faces_and_their_weights() {
             for (var axis = 0u; axis < 3u; axis++) {{
                 out.normals[axis] = vec4<f32>(face_normal(faces[axis]), f32(face_axis(faces[axis])));
             }}
-            out.weights = face_weights(grid_of(vec3<u32>(1u), 6u), in.n.xyz);
-            out.one = face_weights(grid_of(vec3<u32>(1u), 1u), in.n.xyz).x;
+            out.weights = face_weights(6u, in.n.xyz);
+            out.one = face_weights(1u, in.n.xyz).x;
             return out;
         }}"
     );
@@ -383,7 +383,8 @@ struct WallCase {
 }
 
 const WALLS: &str = "#import lucerna::components::voxel_light::cache::FaceLight
-    #import lucerna::components::voxel_light::walls::{open_part, walls_of_axis, keep_before_walls, undivided}
+    #import lucerna::components::voxel_light::walls::{open_part, walls_of_axis}
+    #import lucerna::components::voxel_light::wall_words::{keep_before_walls, undivided}
     struct Input { coverage: array<f32, 6>, depth: array<f32, 6>, at: vec3<f32>, lit: u32, point: vec3<f32>, share: f32 }
     struct Output { kept: vec3<f32>, a: f32, undivided: vec3<f32>, b: f32 }
     fn light(in: Input, face: u32) -> FaceLight {

@@ -321,8 +321,9 @@ fn raw(
     {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline);
-        pass.set_bind_group(1, &group(1, &[(0, &grid), (1, &injection), (3, &accumulators)]), &[]);
+        pass.set_bind_group(1, &group(1, &[(0, &grid), (1, &injection)]), &[]);
         pass.set_bind_group(2, &group(2, &[(0, &samples_buffer)]), &[]);
+        pass.set_bind_group(3, &group(3, &[(5, &accumulators)]), &[]);
         pass.dispatch_workgroups((samples.len() as u32).div_ceil(64 * kernel::RUN), 1, 1);
     }
     gpu.queue.submit([encoder.finish()]);

@@ -3,6 +3,7 @@
 //! fault alone.
 
 mod cases;
+mod functions;
 mod own_tree;
 
 use cases::{CASES, Expected};

@@ -2,12 +2,13 @@
 //! The crate's own WGSL: it passes, the crate hands out what the files hold, and every file says
 //! what it is.
 
+use crate::functions::declared;
 use lucerna::shader::{AXES, KERNELS, OVERLAYS, ROOT, Variant, check_tree};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
 }
 
@@ -187,4 +188,25 @@ fn every_function_of_a_module_says_what_it_does() {
         }
     }
     assert!(wrong.is_empty(), "no `///` before\n{}", wrong.join("\n"));
+}
+
+/// A stranger who searches for a name finds one thing.
+#[test]
+fn no_name_stands_twice() {
+    let mut known: BTreeMap<String, String> = BTreeMap::new();
+    let mut wrong = Vec::new();
+    // Overlays of a path have its names; kernels are named by their files.
+    let apart = ["wgsl/variants/", "wgsl/kernels/"];
+    for (file, text) in files() {
+        if apart.iter().any(|folder| file.starts_with(folder)) {
+            continue;
+        }
+        for found in declared(&text, &["fn", "struct", "const", "alias", "override"]) {
+            let place = format!("{file}:{}", found.line);
+            if let Some(first) = known.insert(found.name.clone(), place.clone()) {
+                wrong.push(format!("`{}`: {first} and {place}", found.name));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "names that stand twice:\n{}", wrong.join("\n"));
 }

@@ -56,3 +56,10 @@ fn sample_ggx_visible_normal(wo: vec3<f32>, alpha: f32, u: vec2<f32>) -> vec3<f3
 fn pdf_ggx_reflection(cos_o: f32, h: vec3<f32>, alpha: f32) -> f32 {
     return ggx_distribution(h, alpha) / (2.0 * (cos_o + smith_root(cos_o, alpha)));
 }
+
+/// tan of half the aperture of the cone that stands for a GGX lobe of width α (perceptual roughness
+/// squared): half of the microfacets lean less than atan α (F(θ) = tan²θ/(α² + tan²θ); B. Walter et al., "Microfacet
+/// Models for Refraction", 2007, eq. 35), and a mirrored direction turns twice as far. At most 60°.
+fn spread_of_ggx(alpha: f32) -> f32 {
+    return tan(min(2.0 * atan(alpha), 1.0471976));
+}

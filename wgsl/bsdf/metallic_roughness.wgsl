@@ -55,7 +55,7 @@ struct MetallicRoughness {
     alpha: f32,
 }
 
-/// `roughness`: perceptual. Values outside [0, 1] are clamped.
+/// The reflection's parameters of a material. `roughness`: perceptual. Values outside [0, 1] are clamped.
 fn metallic_roughness(base_color: vec3<f32>, metallic: f32, roughness: f32) -> MetallicRoughness {
     let r = clamp(roughness, 0.0, 1.0);
     return MetallicRoughness(
@@ -139,4 +139,20 @@ fn sample_metallic_roughness(m: MetallicRoughness, wo: vec3<f32>, u: vec3<f32>) 
         return failed;
     }
     return BsdfSample(wi, evaluate_metallic_roughness(m, wo, wi) * (wi.z / pdf), pdf);
+}
+
+/// Draws a direction of the specular lobe alone: `wo`, mirrored at a microfacet that it sees.
+///
+/// The weight is F·D·V·cos/pdf of that lobe, each component in [0, 1]; `u`: uniform in [0, 1)². A pdf of 0 marks a mirrored direction that
+/// went below the surface, or a `wo` that is not above it: the weight then means nothing.
+fn sample_specular_lobe(m: MetallicRoughness, wo: vec3<f32>, u: vec2<f32>) -> BsdfSample {
+    let h = sample_ggx_visible_normal(wo, m.alpha, u);
+    let wi = reflect(-wo, h);
+    if !(wo.z > 0.0 && wi.z > 0.0) {
+        return BsdfSample(wi, vec3<f32>(0.0), 0.0);
+    }
+    let pdf = pdf_ggx_reflection(wo.z, h, m.alpha);
+    let fresnel = schlick_fresnel(normal_reflectance(m), dot(wo, h));
+    let weight = fresnel * ggx_distribution(h, m.alpha) * ggx_visibility(wo.z, wi.z, m.alpha) * wi.z / pdf;
+    return BsdfSample(wi, weight, pdf);
 }

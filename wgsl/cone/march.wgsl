@@ -101,10 +101,3 @@ fn spread_of_solid_angle(solid_angle: f32) -> f32 {
     let versine = clamp(solid_angle / 6.2831853, 0.0, 0.999);
     return sqrt(versine * (2.0 - versine)) / (1.0 - versine);
 }
-
-/// tan of half the aperture of the cone that stands for a GGX lobe of width α (perceptual roughness
-/// squared): half of the microfacets lean less than atan α (F(θ) = tan²θ/(α² + tan²θ); B. Walter et al., "Microfacet
-/// Models for Refraction", 2007, eq. 35), and a mirrored direction turns twice as far. At most 60°.
-fn spread_of_ggx(alpha: f32) -> f32 {
-    return tan(min(2.0 * atan(alpha), 1.0471976));
-}

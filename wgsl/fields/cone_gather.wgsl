@@ -6,7 +6,8 @@
 
 #import lucerna::cone::march::{Cone, ConeSettings, cells_across}
 #import lucerna::cone::cone_set::{drawn_cone_of_set, set_spread}
-#import lucerna::fields::cone_trace::{finest_cell, trace_cone}
+#import lucerna::fields::cone_trace::trace_cone
+#import lucerna::fields::pyramid_layout::finest_cell
 #import lucerna::math::constants::PI
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: cones through the voxels.
 //!
-//! Interface: `trace_cone`, `medium_at`, `finest_cell`. No bindings of its own: it reads `fields::voxel_pyramid`.
+//! Interface: `trace_cone`, `medium_at`. No bindings of its own: it reads `fields::voxel_pyramid` and `fields::pyramid_layout`, and a
+//! renderer that keeps its voxels otherwise replaces these.
 #define_import_path lucerna::fields::cone_trace
 
 #import lucerna::cone::march::{Cone, ConeCells, ConeSettings, HALF_OF_WALL, MAX_STEPS, cone_cells, cone_point, cone_step}
 #import lucerna::cone::medium::{Medium, MediumLight, add_medium, clear_way, end_of_way}
 #import lucerna::components::voxel_pyramid::layout::{MAX_MIPS, direction_weights, pyramid_weight, radiance_scale}
-#import lucerna::fields::voxel_pyramid::{filtered_texel, pyramid}
+#import lucerna::fields::pyramid_layout::{finest_cell, pyramid}
+#import lucerna::fields::voxel_pyramid::filtered_texel
 #import lucerna::components::voxels::grid::faces_of_direction
 
 /// What a cone has met.
@@ -21,17 +23,6 @@ struct ConeResult {
     n_steps: u32,
     reserved_a: u32,
     reserved_b: u32,
-}
-
-/// Edge of the smallest cells that the levels have at a point [m].
-fn finest_cell(position: vec3<f32>) -> f32 {
-    for (var ix = 0u; ix + 1u < pyramid.n_levels; ix++) {
-        let level = pyramid.levels[ix];
-        if pyramid_weight(level, 0.0, (position - level.origin) / level.cell) > 0.0 {
-            return level.cell;
-        }
-    }
-    return pyramid.levels[pyramid.n_levels - 1u].cell;
 }
 
 /// A mip of a level as a medium, seen along a direction.
@@ -54,7 +45,7 @@ fn medium_of_mip(level_ix: u32, mip: u32, position: vec3<f32>, direction: vec3<f
     return Medium(texel.rgb / cell, texel.a / cell);
 }
 
-/// The voxels around a point (their light times `cone::pyramid::radiance_scale`), averaged over cells (between the two nearest mips that are not too large), seen
+/// The voxels around a point (their light times `components::voxel_pyramid::layout::radiance_scale`), averaged over cells (between the two nearest mips that are not too large), seen
 /// along a direction of unit length.
 fn medium_at(position: vec3<f32>, direction: vec3<f32>, cells: ConeCells) -> Medium {
     var out = Medium(vec3<f32>(0.0), 0.0);

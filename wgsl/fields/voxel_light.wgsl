@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: light that voxels hold, looked up at surface points.
 //!
-//! Interface: `irradiance_at`; `slot_of_cell` and the bindings for kernels that go over voxels
-//! themselves. What light it is, the host decides by the buffer that it binds as `face_light`.
+//! Interface: `irradiance_at`, `cell_at`, the LOOKUP_ constants. No bindings of its own: where the light is kept,
+//! `fields::voxel_light_texels` knows alone, and a renderer that keeps it otherwise replaces that module.
 #define_import_path lucerna::fields::voxel_light
 
-#import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
-#import lucerna::components::voxels::grid::{faces_of_direction, grid_from_world, is_inside}
-#import lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels, level_weight, slot_word}
-#import lucerna::components::voxels::lookup::{face_weights, tap_cell, tap_weight, taps_at}
-#import lucerna::components::voxel_light::cache::{LightSum, add_share, add_weighted}
-#import lucerna::components::voxel_light::walls::{keep_before_walls, undivided}
+#import lucerna::components::voxels::grid::{faces_of_direction, grid_from_world}
+#import lucerna::components::voxels::levels::{VoxelLevel, level_weight}
+#import lucerna::components::voxels::lookup::{LightSum, add_share, add_weighted, face_weights, tap_cell, tap_weight, taps_at}
+#import lucerna::components::voxel_light::wall_words::{keep_before_walls, undivided}
+#import lucerna::fields::voxel_light_texels::{NO_VOXEL, levels, light_of_face, voxel_of_cell, walls_of_voxel}
 
 /// Trilinear over the cells that hold surfaces which look the point's way.
 const LOOKUP_VALID: u32 = 0u;
@@ -25,58 +24,33 @@ const NORMAL_OFFSET: f32 = 0.5;
 /// surface on a border belongs to the cell before it.
 const SIDE_OFFSET: f32 = 1e-2;
 
-@group(3) @binding(0) var<uniform> levels: VoxelLevels;
-/// Of each level the bricks' words, then for each slot a packed cell and its walls
-/// (`lucerna::components::voxel_light::walls`).
-@group(3) @binding(1) var<storage, read> structure: array<vec2<u32>>;
-/// Of each level a record a face (slot · n_faces + face): rgb irradiance [W·m⁻²], a: how much of the
-/// face a surface covers.
-@group(3) @binding(2) var<storage, read> face_light: array<vec4<f32>>;
-
-/// The slot of a cell, or NO_SLOT; outside the grid there is none.
-fn slot_of_cell(level: VoxelLevel, cell: vec3<i32>) -> u32 {
-    if !is_inside(level.grid, cell) {
-        return NO_SLOT;
-    }
-    let brick = structure[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
-    return slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
-}
-
-/// The walls of a voxel; none where there is no voxel, or one value a voxel.
-fn walls_of_slot(level: VoxelLevel, slot: u32) -> u32 {
-    if slot == NO_SLOT || level.grid.n_faces == 1u {
-        return 0u;
-    }
-    return structure[slot_word(level, slot)].y;
-}
-
 /// What a level holds around a point of its grid, on the side of the normal: a sum weighted by
 /// distance, by how much each face looks that way, and by how much of it a surface covers.
 /// `only_valid` false: every cell counts, empty ones as dark.
 fn light_in_level(level: VoxelLevel, at: vec3<f32>, normal: vec3<f32>, only_valid: bool) -> LightSum {
-    let weights = face_weights(level.grid, normal);
+    let weights = face_weights(level.grid.n_faces, normal);
     let faces = select(faces_of_direction(normal), vec3<u32>(0u), level.grid.n_faces == 1u);
     var taps = taps_at(at);
     if only_valid {
         let own_cell = floor(at + normal * SIDE_OFFSET);
-        let walls = walls_of_slot(level, slot_of_cell(level, vec3<i32>(own_cell)));
+        let walls = walls_of_voxel(level, voxel_of_cell(level, vec3<i32>(own_cell)));
         taps = taps_at(keep_before_walls(walls, at, own_cell, at + normal * NORMAL_OFFSET));
     }
     var sum: LightSum;
     for (var ix = 0u; ix < 8u; ix++) {
         let weight = tap_weight(taps, ix);
         sum.weight += select(weight, 0.0, only_valid);
-        let slot = slot_of_cell(level, tap_cell(taps, ix));
-        if slot == NO_SLOT {
+        let voxel = voxel_of_cell(level, tap_cell(taps, ix));
+        if voxel == NO_VOXEL {
             continue;
         }
         var shares = weight * weights;
         if only_valid {
-            shares *= undivided(walls_of_slot(level, slot));
+            shares *= undivided(walls_of_voxel(level, voxel));
         }
         for (var axis = 0u; axis < 3u; axis++) {
             if weights[axis] > 0.0 {
-                let light = face_light[level.first_record + slot * level.grid.n_faces + faces[axis]];
+                let light = light_of_face(level, voxel, faces[axis]);
                 if only_valid {
                     sum = add_weighted(sum, light.rgb, shares[axis] * light.a);
                 } else {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: prefiltered voxels, read between their centres.
 //!
-//! Interface: `pyramid`, `filtered_texel`. This one filters in textures; the variant `volumes=buffers` has the same
+//! Interface: `filtered_texel`, all that cones ask of storage besides `fields::pyramid_layout`. This one filters in textures; the variant `volumes=buffers` has the same
 //! numbers from buffers alone.
 #define_import_path lucerna::fields::voxel_pyramid
 
-#import lucerna::components::voxel_pyramid::layout::{PyramidLayout, texels_of_point, volume_of_mip}
+#import lucerna::components::voxel_pyramid::layout::{texels_of_point, volume_of_mip}
+#import lucerna::fields::pyramid_layout::pyramid
 
-@group(3) @binding(16) var<uniform> pyramid: PyramidLayout;
 @group(3) @binding(17) var volume_base: texture_3d<f32>;
 @group(3) @binding(18) var volume_odd: texture_3d<f32>;
 @group(3) @binding(19) var volume_even: texture_3d<f32>;

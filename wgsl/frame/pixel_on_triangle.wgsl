@@ -73,12 +73,3 @@ fn pixel_on_triangle(
     // At least one of three weights with sum 1 is positive.
     return PixelOnTriangle(inside.yz / (inside.x + inside.y + inside.z), spread);
 }
-
-/// Level of detail: log₂ of the texels that a sample covers along its longer side, not below 0
-/// (OpenGL 4.6 §8.14: ρ = max(|∂/∂x|, |∂/∂y|)).
-///
-/// `texels_x`, `texels_y`: how many texels it is to the next sample, right and down.
-fn texture_level(texels_x: vec2<f32>, texels_y: vec2<f32>) -> f32 {
-    let square = max(dot(texels_x, texels_x), dot(texels_y, texels_y));
-    return select(0.0, 0.5 * log2(square), square > 1.0);
-}

@@ -23,3 +23,9 @@ fn surface_weight(offset: vec3<f32>, depth: f32, normal: vec3<f32>, other_normal
 fn gaussian_weight(offset: vec2<f32>, sigma: f32) -> f32 {
     return exp(-0.5 * dot(offset, offset) / (sigma * sigma));
 }
+
+/// Bilinear weight of the texel `corner` (0 or 1 an axis) of four for a point at `share` between them, in [0, 1]²; the four sum to 1.
+fn bilinear_weight(corner: vec2<u32>, share: vec2<f32>) -> f32 {
+    let weights = select(1.0 - share, share, corner != vec2<u32>(0u));
+    return weights.x * weights.y;
+}

@@ -28,3 +28,11 @@ fn barycentrics_of(point: vec3<f32>, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -
     let third = dot(cross(a - b, a - point), normal) * inverse;
     return vec2<f32>(second, third);
 }
+
+/// As [`barycentrics_of`], of the nearest point of the triangle by scaling: weights of the second and third corner in [0, 1], with a sum of at
+/// most 1, for any point and triangle.
+fn barycentrics_within(p: vec3<f32>, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
+    // Of a triangle without area in f32 the weights may be NaN, which clamp turns into a number.
+    let weights = clamp(barycentrics_of(p, a, b, c), vec2<f32>(0.0), vec2<f32>(1.0));
+    return weights / max(weights.x + weights.y, 1.0);
+}

@@ -15,20 +15,22 @@
 #define_import_path lucerna::integrators::direct_light
 
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
-#import lucerna::bsdf::scattering::{Scattering, evaluate_scattering, scattering_pdf, scatter}
+#import lucerna::bsdf::scattering::{Scattering, scatter}
 #import lucerna::frame::gbuffer::GBufferSurface
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::scene::lights::{LightSample, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
+#import lucerna::light::next_event::reflected_of_light
+#import lucerna::scene::lights::{sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
 #import lucerna::scene::lights::{sample_hittable_light, pdf_of_hittable_emitter, pdf_of_hittable_sky}
 #import lucerna::scene::lights::{n_punctual_lights, punctual_light}
-#import lucerna::scene::rays::{Ray, nearest_hit, hit_is_miss}
+#import lucerna::scene::rays::nearest_hit
 #import lucerna::scene::sky::sky_radiance
-#import lucerna::scene::surface::{surface_at, seen_from}
+#import lucerna::scene::surface::surface_at
 #import lucerna::scene::visibility::light_visibility
+#import lucerna::scene::types::{LightSample, Ray, hit_is_miss, seen_from}
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen
-#import lucerna::sampling::mis::power_heuristic
+#import lucerna::sampling::mis::{power_heuristic, solid_angle_of_sample}
 #import lucerna::sampling::pcg::pcg3d
 
 /// How much is spent on direct light.
@@ -96,12 +98,17 @@ fn direct_light(
             }
             light.weight /= light_share;
         }
-        if !any(light.weight > vec3<f32>(0.0)) || dot(light.direction, surface.geometric_normal) <= 0.0 {
-            continue;
-        }
-        let to_light = light.direction * basis;
-        let reflected = evaluate_scattering(scattering, to_light) * max(to_light.z, 0.0) * light.weight;
-        if !any(reflected > vec3<f32>(0.0)) {
+        let found = reflected_of_light(
+            light.direction,
+            light.weight,
+            light.pdf,
+            surface.geometric_normal,
+            scattering,
+            basis,
+            light_share,
+            bsdf_share,
+        );
+        if !found.may_arrive {
             continue;
         }
         let visible = light_visibility(
@@ -109,12 +116,10 @@ fn direct_light(
             surface.position,
             surface.position_error,
             surface.geometric_normal,
-            select(0.0, 1.0 / (light.pdf * light_share), light.pdf > 0.0),
+            solid_angle_of_sample(light.pdf * light_share),
         );
         if visible > 0.0 {
-            let pdf = scattering_pdf(scattering, to_light);
-            let weight = power_heuristic(light.pdf * light_share, pdf * bsdf_share);
-            sum += visible * reflected * select(weight, 1.0, light.pdf == 0.0);
+            sum += visible * found.light * found.weight;
         }
     }
 

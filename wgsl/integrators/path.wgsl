@@ -9,14 +9,16 @@
 #define_import_path lucerna::integrators::path
 
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
-#import lucerna::bsdf::scattering::{Scattering, evaluate_scattering, scattering_pdf, scatter}
+#import lucerna::bsdf::scattering::{Scattering, scatter}
 #import lucerna::camera::primary_ray::{Camera, primary_ray}
 #import lucerna::frame::pixel_sums::PixelSums
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::scene::lights::{ray_to_light, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
-#import lucerna::scene::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
+#import lucerna::integrators::next_event::reflected_of_drawn_light
+#import lucerna::scene::lights::{pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
+#import lucerna::scene::rays::{nearest_hit, any_hit}
 #import lucerna::scene::sky::sky_radiance
-#import lucerna::scene::surface::{Surface, surface_at, seen_from}
+#import lucerna::scene::surface::surface_at
+#import lucerna::scene::types::{Ray, hit_is_miss, Surface, seen_from}
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::float::all_finite
 #import lucerna::math::frame::frame_from_normal
@@ -237,7 +239,8 @@ fn advance(
     );
     var reflected = vec4<f32>(0.0);
     if !is_last {
-        reflected = light_reflected(surface, scattering, frame, random_vec4(stream, sample_ix, 2u * depth + 1u));
+        let u = random_vec4(stream, sample_ix, 2u * depth + 1u);
+        reflected = reflected_of_drawn_light(surface, scattering, frame, u);
     }
     if !loops_run(unknown_zero(settings)) {
         return PATH_INTERRUPTED;
@@ -289,29 +292,4 @@ fn advance(
     (*path).pdf = drawn.pdf;
     (*path).depth = depth + 1u;
     return PATH_GOES_ON;
-}
-
-/// rgb: what the surface reflects of a drawn light [W·sr⁻¹·m⁻²], zero unless it sees the light; a: its weight against the
-/// surface's own sampling. `frame`: world from local; `u`: uniform in [0, 1)⁴.
-fn light_reflected(surface: Surface, scattering: Scattering, frame: mat3x3<f32>, u: vec4<f32>) -> vec4<f32> {
-    let light = sample_light(surface.position, u);
-    if !any(light.weight > vec3<f32>(0.0)) || dot(light.direction, surface.geometric_normal) <= 0.0 {
-        return vec4<f32>(0.0);
-    }
-    let to_light = light.direction * frame;
-    let reflected = evaluate_scattering(scattering, to_light) * max(to_light.z, 0.0) * light.weight;
-    if !any(reflected > vec3<f32>(0.0)) {
-        return vec4<f32>(0.0);
-    }
-    let origin = offset_ray_origin(
-        surface.position,
-        surface.position_error,
-        surface.geometric_normal,
-        light.direction,
-    );
-    if any_hit(ray_to_light(light, origin)) {
-        return vec4<f32>(0.0);
-    }
-    let pdf = scattering_pdf(scattering, to_light);
-    return vec4<f32>(reflected, select(power_heuristic(light.pdf, pdf), 1.0, light.pdf == 0.0));
 }

@@ -27,7 +27,7 @@ fn triangle_area_vector(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
     return 0.5 * cross(b - a, c - a);
 }
 
-/// [m²]
+/// Area [m²], for any triangle.
 fn triangle_area(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> f32 {
     return length(triangle_area_vector(a, b, c));
 }

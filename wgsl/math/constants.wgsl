@@ -12,3 +12,5 @@ const INV_FOUR_PI: f32 = 0.0795774715459477;
 const UNIT_ROUNDOFF: f32 = 5.9604645e-8;
 /// Farther than anything: just below the largest f32, for naga prints that one as a decimal above it.
 const FLOAT_MAX: f32 = 3.402823e38;
+/// The largest f32 below 1.
+const ONE_BELOW: f32 = 0.99999994;

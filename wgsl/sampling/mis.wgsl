@@ -24,3 +24,16 @@ fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
     let squares = shares * shares;
     return squares.x / (squares.x + squares.y);
 }
+
+/// The weight of a drawn light against other ways that find it, in [0, 1].
+///
+/// `light_pdf`: of the draw, `other_pdf`: of the other way, each times its number of samples [sr⁻¹]. A light without extent
+/// (`light_pdf` 0) is found by the draw alone.
+fn next_event_weight(light_pdf: f32, other_pdf: f32) -> f32 {
+    return select(power_heuristic(light_pdf, other_pdf), 1.0, light_pdf == 0.0);
+}
+
+/// What one sample of a light stands for [sr]; 0 for lights without extent (`pdf` 0). `pdf`: times the number of samples.
+fn solid_angle_of_sample(pdf: f32) -> f32 {
+    return select(0.0, 1.0 / pdf, pdf > 0.0);
+}

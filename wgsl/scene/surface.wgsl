@@ -1,43 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scene seam: what stands at a hit.
 //!
-//! Interface: `Surface`, `surface_at`, `filtered_surface_at`, `seen_from`, `is_cut_away`; for the
-//! voxelizer `SurfaceOver`, `surface_over`.
+//! Interface: `surface_at`, `filtered_surface_at`, `is_cut_away`; for the voxelizer `surface_over`.
 #define_import_path lucerna::scene::surface
 
 #import lucerna::bsdf::directional_albedo::hemispherical_albedo
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
 #import lucerna::geometry::barycentric::{interpolate_vec2, interpolate_vec3, interpolate_vec4}
-#import lucerna::frame::pixel_on_triangle::texture_level
+#import lucerna::texture::footprint::{footprint_of_width, texture_level}
+#import lucerna::texture::normal_map::normal_of_map
 #import lucerna::geometry::ray_offset::interpolation_error
 #import lucerna::scene::data::{scene, triangles, triangle_shading, material_at, TextureSlot, SLOT_SECOND_UV, MATERIAL_DOUBLE_SIDED}
 #import lucerna::scene::data::{SHADING_MIRRORED, SHADING_HAS_NORMALS, SHADING_HAS_COLORS}
 #import lucerna::scene::textures::{sample_srgb, sample_linear, sample_srgb_between, sample_linear_between}
+#import lucerna::scene::types::{Surface, SurfaceOver}
 #import lucerna::math::octahedral::unpack_direction
 #import lucerna::math::vector::safe_normalize
-
-/// A point of a surface, in world space.
-struct Surface {
-    /// [m]
-    position: vec3<f32>,
-    /// Bound of the position's rounding error per axis [m].
-    position_error: vec3<f32>,
-    /// Unit length, by the triangle's winding: out of the front face.
-    geometric_normal: vec3<f32>,
-    /// Unit length, interpolated and normal-mapped, on the geometric normal's side.
-    shading_normal: vec3<f32>,
-    /// Linear, in [0, 1].
-    base_color: vec3<f32>,
-    metallic: f32,
-    /// Perceptual.
-    roughness: f32,
-    /// Radiance out of the front face [W·sr⁻¹·m⁻²].
-    emission: vec3<f32>,
-    /// Emission leaves the back as well.
-    double_sided: bool,
-    /// Reflects as Lambert with `base_color` for its albedo; metallic and roughness do not count.
-    lambert: bool,
-}
 
 /// Linear RGBA in 0..1 of four 16-bit unorms: red and green, then blue and alpha, low halves first.
 fn corner_color(packed: vec2<u32>) -> vec4<f32> {
@@ -201,29 +179,7 @@ fn filtered_surface_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<f32>) 
     return surface;
 }
 
-/// The surface as a ray along `direction` (unit length, towards it) sees it: both normals on the
-/// viewer's side, and only the emission that leaves to that side.
-fn seen_from(surface: Surface, direction: vec3<f32>) -> Surface {
-    var seen = surface;
-    let front = dot(surface.geometric_normal, direction) <= 0.0;
-    if !front {
-        seen.geometric_normal = -surface.geometric_normal;
-        seen.shading_normal = -surface.shading_normal;
-    }
-    if !front && !surface.double_sided {
-        seen.emission = vec3<f32>(0.0);
-    }
-    // A shading normal that the viewer sees from behind is turned round, as in Mitsuba's two-sided
-    // materials. What it then reflects lies mostly below the surface and is refused later.
-    // (Falling back on the geometric normal here adds 3 % of indirect light to Crytek's Sponza.)
-    if dot(seen.shading_normal, direction) >= 0.0 {
-        seen.shading_normal = -seen.shading_normal;
-    }
-    return seen;
-}
-
-/// The normal map's normal (glTF 2.0 §3.9.3): 2·texel − 1, x and y scaled, in the frame of the
-/// interpolated tangent, bitangent and normal.
+/// The normal map's normal at a point (`texture::normal_map`).
 fn mapped_normal(
     triangle_ix: u32,
     weights: vec2<f32>,
@@ -240,30 +196,16 @@ fn mapped_normal(
         unpack_direction(packed.z),
         weights,
     );
-    let tangent = safe_normalize(along - normal * dot(along, normal), vec3<f32>(0.0));
-    let side = select(1.0, -1.0, (triangle_shading[triangle_ix].flags & SHADING_MIRRORED) != 0u);
-    let bitangent = cross(normal, tangent) * side;
-    let texel = linear_at(triangle_ix, slot, weights, spread).xyz * 2.0 - 1.0;
-    let local = vec3<f32>(texel.xy * scale, texel.z);
-    return safe_normalize(tangent * local.x + bitangent * local.y + normal * local.z, normal);
-}
-
-/// What a patch of a triangle looks like from afar.
-struct SurfaceOver {
-    /// What it reflects of even light into the whole hemisphere, linear, in [0, 1]: of Lambert its base colour.
-    albedo: vec3<f32>,
-    /// The alpha mask removes the patch.
-    is_cut_away: bool,
-    /// Radiance out of the front face [W·sr⁻¹·m⁻²].
-    emission: vec3<f32>,
-    /// Emission leaves the back as well.
-    double_sided: bool,
+    let is_mirrored = (triangle_shading[triangle_ix].flags & SHADING_MIRRORED) != 0u;
+    return normal_of_map(linear_at(triangle_ix, slot, weights, spread).xyz, scale, normal, along, is_mirrored);
 }
 
 /// The patch around a point, about `width` [m] across: textures are read from the mip of that width.
 /// `weights`: of the triangle's second and third corner.
 fn surface_over(triangle_ix: u32, weights: vec2<f32>, width: f32) -> SurfaceOver {
-    let spread = spread_of_width(triangle_ix, width);
+    let to_b = triangles[triangle_ix].corner_b - triangles[triangle_ix].corner_a;
+    let to_c = triangles[triangle_ix].corner_c - triangles[triangle_ix].corner_a;
+    let spread = footprint_of_width(to_b, to_c, width);
     let material_ix = triangles[triangle_ix].material;
     let cutoff = material_at(material_ix).alpha_cutoff;
     let color = base_color_at(triangle_ix, weights, spread);
@@ -278,25 +220,4 @@ fn surface_over(triangle_ix: u32, weights: vec2<f32>, width: f32) -> SurfaceOver
         filtered_emission_at(triangle_ix, weights, spread),
         (material_at(material_ix).flags & MATERIAL_DOUBLE_SIDED) != 0u,
     );
-}
-
-/// The footprint of a square of this width [m] on the triangle, as in [`filtered_surface_at`]: with
-/// e₁ = b − a, e₂ = c − a and N = e₁ × e₂, a step d changes the weights by
-/// ((d × e₂)·N, (e₁ × d)·N)/N². None for a triangle without area.
-fn spread_of_width(triangle_ix: u32, width: f32) -> vec4<f32> {
-    let to_b = triangles[triangle_ix].corner_b - triangles[triangle_ix].corner_a;
-    let to_c = triangles[triangle_ix].corner_c - triangles[triangle_ix].corner_a;
-    let normal = cross(to_b, to_c);
-    let square = dot(normal, normal);
-    let along = safe_normalize(to_b, vec3<f32>(0.0)) * width;
-    let across = safe_normalize(cross(normal, to_b), vec3<f32>(0.0)) * width;
-    if !(square > 0.0) {
-        return NO_SPREAD;
-    }
-    return vec4<f32>(
-        dot(cross(along, to_c), normal),
-        dot(cross(to_b, along), normal),
-        dot(cross(across, to_c), normal),
-        dot(cross(to_b, across), normal),
-    ) / square;
 }

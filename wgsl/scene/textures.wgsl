@@ -6,19 +6,9 @@
 #define_import_path lucerna::scene::textures
 
 #import lucerna::color::srgb::linear_from_srgb
+#import lucerna::texture::wrap::wrap_texel
 #import lucerna::scene::data::{atlas, TextureSlot}
 #import lucerna::scene::data::{SLOT_MIRROR_U, SLOT_CLAMP_U, SLOT_MIRROR_V, SLOT_CLAMP_V, SLOT_NEAREST}
-
-/// The texel index of a coordinate outside the image.
-fn wrap_texel(texel: i32, size: i32, mirror: bool, clamp_to_edge: bool) -> i32 {
-    if clamp_to_edge {
-        return clamp(texel, 0, size - 1);
-    }
-    let period = select(size, 2 * size, mirror);
-    // % keeps the sign of the dividend.
-    let inside = ((texel % period) + period) % period;
-    return select(inside, period - 1 - inside, inside >= size);
-}
 
 /// First texel and size of a mip.
 fn mip_rect(slot: TextureSlot, level: u32) -> vec4<i32> {

@@ -40,9 +40,10 @@ use crate::techniques::{Notice, Stat};
 use glam::{IVec3, UVec3, Vec3};
 use levels::{MAX_LEVELS, corner_around};
 
-pub use crate::bindings::kernels::voxel_light::inject::{RUN_SIDE, VoxelSample};
+pub use crate::bindings::kernels::voxel_light::inject::RUN_SIDE;
 pub use crate::bindings::lucerna::components::voxel_light::cache::FaceLight;
 pub use crate::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
+pub use crate::bindings::lucerna::fields::voxel_accumulators::VoxelSample;
 pub use cache::CacheBuffers;
 pub use carry::{CarryInfo, CarryPass};
 pub use deposit::{DepositInfo, DepositPass};

@@ -19,7 +19,7 @@
 //! what pictures show.
 //!
 //! Neighbouring faces see nearly the same, and share what they found: always for bounces, and for
-//! pictures as long as they know little ([`sharing`], [`tent`]).
+//! pictures as long as they know little (`neighbours`).
 #define_import_path lucerna::components::voxel_light::cache
 
 /// A face's record. All zero: nothing is known.
@@ -51,9 +51,6 @@ const DEPOSITS_MAX: u32 = 0x3fffu;
 /// The newest of n hits has RECENCY/n of `indirect`, so that hit k weighs about k^(RECENCY − 1): what was
 /// learned before the light was in balance fades, and 3/4 of the samples' worth is kept.
 const RECENCY: f32 = 2.0;
-
-/// So many hits of its own a face has when it still takes all of its neighbours' light.
-const SHARING_HITS: f32 = 64.0;
 
 /// What one frame adds to a record: sums over its hits.
 struct FaceSamples {
@@ -186,20 +183,9 @@ fn coverage(light: FaceLight) -> f32 {
     return select(0.0, min(light.n_hits / light.n_rays, 1.0), light.n_rays > 0.0);
 }
 
-/// How much of its neighbours' light a face takes, in (0, 1], against noise: its own noise falls with
-/// the hits that it is the mean of, and the neighbours' share with it.
-///
-/// `light_rays`: how many of the face's rays belong to the light as it is now.
-fn sharing(light: FaceLight, light_rays: f32) -> f32 {
-    let hits = light.n_hits * min(light_rays / max(light.n_rays, 1.0), 1.0);
-    return SHARING_HITS / max(hits, SHARING_HITS);
-}
-
-/// Weight of a neighbour `offset` away (−1, 0 or 1 an axis), the middle one having 1: along each axis ½.
-/// Over the 3 × 3 of a plane, the mean of values of equal variance has 9/64 of it.
-fn tent(offset: vec3<i32>) -> f32 {
-    let halves = select(vec3<f32>(1.0), vec3<f32>(0.5), offset != vec3<i32>(0));
-    return halves.x * halves.y * halves.z;
+/// How many of a face's hits belong to the light as it is now, `light_rays` being how many of its rays do.
+fn current_hits(light: FaceLight, light_rays: f32) -> f32 {
+    return light.n_hits * min(light_rays / max(light.n_rays, 1.0), 1.0);
 }
 
 /// How much of the face walls cover, in [0, 1].
@@ -210,21 +196,4 @@ fn wall_coverage(light: FaceLight) -> f32 {
 /// Whether light has been found on the face.
 fn is_lit(light: FaceLight) -> bool {
     return any(light.direct + light.indirect > vec3<f32>(0.0));
-}
-
-/// A weighted sum of what records hold.
-struct LightSum {
-    /// Of irradiances [W·m⁻²].
-    irradiance: vec3<f32>,
-    weight: f32,
-}
-
-/// Adds an irradiance with a weight ≥ 0.
-fn add_weighted(sum: LightSum, irradiance: vec3<f32>, weight: f32) -> LightSum {
-    return LightSum(sum.irradiance + weight * irradiance, sum.weight + weight);
-}
-
-/// Adds another sum's mean with a weight; `found.weight` > 0.
-fn add_share(sum: LightSum, found: LightSum, weight: f32) -> LightSum {
-    return add_weighted(sum, found.irradiance / found.weight, weight);
 }

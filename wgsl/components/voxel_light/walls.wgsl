@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where walls stand within a voxel, so that light is not read through them.
+//! Where walls stand within a voxel, by what rays found of its faces.
 //!
 //! A face of a voxel is *walled* if a surface that looks its way covers at least half of what is open of it
 //! (of a wall that stands on a floor, only the part above the floor shows), and looks along the axis: slanted and
@@ -9,20 +9,18 @@
 //! stands within the cell: the point is on one side of it, and what the cell holds for its other
 //! faces is a mixture of both sides.
 //!
-//! A voxel's word: bits 0–5, a bit a walled face; then for each axis 6 bits of where within the cell
-//! the sheet's middle stands (in 1/63 of a cell).
+//! What is marked is a voxel's word, which `wall_words` reads.
 #define_import_path lucerna::components::voxel_light::walls
 
 #import lucerna::components::voxel_light::cache::{FaceLight, hit_depth, is_lit, wall_coverage}
+#import lucerna::components::voxel_light::wall_words::wall_bits
 
 /// Covered that much of what is open, a face is walled.
 const MIN_COVERAGE: f32 = 0.5;
 /// Thinner than this share of a cell, an open part tells nothing.
-const MIN_OPEN: f32 = 0.05;
-/// What the other faces of a cell that a sheet divides count.
-const DIVIDED_WEIGHT: f32 = 0.01;
+const MIN_OPEN_PART: f32 = 0.05;
 
-/// Which share of a cell is open along an axis, in [MIN_OPEN, 1]: above a floor, under which all is dark, only what
+/// Which share of a cell is open along an axis, in [MIN_OPEN_PART, 1]: above a floor, under which all is dark, only what
 /// lies between it and the cell's face; a wall that stands on it can cover no more.
 fn open_part(plus: FaceLight, minus: FaceLight) -> f32 {
     let plus_closes = is_lit(plus) && wall_coverage(plus) >= MIN_COVERAGE;
@@ -30,7 +28,7 @@ fn open_part(plus: FaceLight, minus: FaceLight) -> f32 {
     if plus_closes == minus_closes {
         return 1.0;
     }
-    return clamp(select(hit_depth(minus), hit_depth(plus), plus_closes), MIN_OPEN, 1.0);
+    return clamp(select(hit_depth(minus), hit_depth(plus), plus_closes), MIN_OPEN_PART, 1.0);
 }
 
 /// The word of one axis: `plus`, `minus`: the records of its two faces; `open`: which share of these faces is
@@ -39,61 +37,5 @@ fn walls_of_axis(axis: u32, plus: FaceLight, minus: FaceLight, open: f32) -> u32
     let plus_walled = wall_coverage(plus) >= MIN_COVERAGE * open;
     let minus_walled = wall_coverage(minus) >= MIN_COVERAGE * open;
     // Depths count from each face inwards.
-    let middle = 0.5 * (1.0 - hit_depth(plus) + hit_depth(minus));
-    let place = u32(clamp(middle, 0.0, 1.0) * 63.0 + 0.5);
-    return (select(0u, 1u, plus_walled) << (2u * axis))
-        | (select(0u, 2u, minus_walled) << (2u * axis))
-        | (place << (6u + 6u * axis));
-}
-
-/// Which of an axis's faces are walled: bit 0 the positive one, bit 1 the negative one.
-fn walled_faces(walls: u32, axis: u32) -> u32 {
-    return (walls >> (2u * axis)) & 3u;
-}
-
-/// Moves a look-up away from what stands behind the walls of the cell that its surface stands in.
-///
-/// `walls`: of that cell. `at`: the surface point and `point`: where the grid is read, both in units
-/// of cells; `cell`: the surface's.
-fn keep_before_walls(walls: u32, at: vec3<f32>, cell: vec3<f32>, point: vec3<f32>) -> vec3<f32> {
-    var out = point;
-    for (var axis = 0u; axis < 3u; axis++) {
-        let walled = walled_faces(walls, axis);
-        var low = cell[axis] + 0.5;
-        var high = low;
-        var keep_above = walled == 1u;
-        if walled == 3u {
-            // A sheet: only the next cell on the point's side knows that side alone.
-            let place = f32((walls >> (6u + 6u * axis)) & 63u) / 63.0;
-            keep_above = at[axis] - cell[axis] >= place;
-            low = cell[axis] + 1.0;
-            high = cell[axis];
-        }
-        if walled != 0u {
-            out[axis] = select(min(out[axis], high), max(out[axis], low), keep_above);
-        }
-    }
-    return out;
-}
-
-/// What a tap's three faces count: less where a sheet across another axis divides the cell.
-fn undivided(walls: u32) -> vec3<f32> {
-    let divided = vec3<f32>(
-        select(1.0, DIVIDED_WEIGHT, walled_faces(walls, 0u) == 3u),
-        select(1.0, DIVIDED_WEIGHT, walled_faces(walls, 1u) == 3u),
-        select(1.0, DIVIDED_WEIGHT, walled_faces(walls, 2u) == 3u),
-    );
-    return min(divided.yzx, divided.zxy);
-}
-
-/// Whether a neighbouring cell lies before the walls of a cell. `offset`: −1, 0 or 1 an axis.
-fn is_before_walls(walls: u32, offset: vec3<i32>) -> bool {
-    for (var axis = 0u; axis < 3u; axis++) {
-        // Behind a wall that looks to + lies what stands towards −.
-        let barred = walled_faces(walls, axis);
-        if (offset[axis] < 0 && (barred & 1u) != 0u) || (offset[axis] > 0 && (barred & 2u) != 0u) {
-            return false;
-        }
-    }
-    return true;
+    return wall_bits(axis, plus_walled, minus_walled, 0.5 * (1.0 - hit_depth(plus) + hit_depth(minus)));
 }

@@ -9,7 +9,7 @@
 /// Covered so much of what is open, a face is taken for one that ends at walls.
 const CORNER_SHARE: f32 = 0.8;
 /// No depth counts as less.
-const MIN_OPEN: f32 = 0.05;
+const MIN_DEPTH: f32 = 0.05;
 
 /// The opacity of the face that each axis shows, in [0, 1].
 ///
@@ -19,7 +19,7 @@ const MIN_OPEN: f32 = 0.05;
 /// the middle of its cell, or a plane that slants through it so, cannot be told from a corner.)
 fn corner_opacity(coverage: vec3<f32>, depth: vec3<f32>) -> vec3<f32> {
     let shown = depth >= vec3<f32>(0.0);
-    let open = select(vec3<f32>(1.0), max(depth, vec3<f32>(MIN_OPEN)), shown);
+    let open = select(vec3<f32>(1.0), max(depth, vec3<f32>(MIN_DEPTH)), shown);
     // Of a face, what the walls of the other two axes leave open.
     let before_walls = open.yzx * open.zxy;
     let covers = (coverage >= CORNER_SHARE * before_walls) & (CORNER_SHARE * coverage <= before_walls);
@@ -28,4 +28,31 @@ fn corner_opacity(coverage: vec3<f32>, depth: vec3<f32>) -> vec3<f32> {
         return coverage;
     }
     return select(coverage, min(coverage / before_walls, vec3<f32>(1.0)), shown);
+}
+
+/// The opacity of a voxel's six faces (+X −X +Y −Y +Z −Z): their coverage, closed where walls meet.
+///
+/// `coverage`: of each, in [0, 1]; `depth`: how deep below it its surface lies, in [0, 1] cells; negative: no front is seen there. An axis
+/// that shows both its faces holds a sheet or a slab, and closes nothing.
+fn opacity_of_faces(coverage: array<f32, 6>, depth: array<f32, 6>) -> array<f32, 6> {
+    var out = coverage;
+    var depths = depth;
+    var shown_coverage = vec3<f32>(0.0);
+    var shown_depth = vec3<f32>(-1.0);
+    var shown = vec3<u32>(0u);
+    for (var face = 0u; face < 6u; face++) {
+        let axis = face >> 1u;
+        if depths[face] >= 0.0 {
+            shown_depth[axis] = select(-1.0, depths[face], shown_coverage[axis] == 0.0);
+            shown_coverage[axis] = max(out[face], 1e-6);
+            shown[axis] = face;
+        }
+    }
+    let closed = corner_opacity(shown_coverage, shown_depth);
+    for (var axis = 0u; axis < 3u; axis++) {
+        if shown_depth[axis] >= 0.0 {
+            out[shown[axis]] = closed[axis];
+        }
+    }
+    return out;
 }

@@ -52,6 +52,8 @@ const SUM_NORMAL: u32 = 4u;
 const SUM_EMISSION: u32 = 7u;
 /// Weights of all surfaces, whichever side they show.
 const SUM_COVERAGE: u32 = 10u;
+/// Sums that a surface adds to a face that it shows itself on: all but the coverage, which counts on both sides.
+const N_SURFACE_SUMS: u32 = 10u;
 /// Sums of a record, of two words each.
 const N_SUMS: u32 = 11u;
 
@@ -125,6 +127,26 @@ fn quantize_emission(emission: vec3<f32>, brightest: f32) -> vec3<u32> {
     return vec3<u32>(clamp(share, vec3<f32>(0.0), vec3<f32>(1.0)) * EMISSION_SCALE + 0.5);
 }
 
+/// Weight of a part of a triangle in a voxel with one value. `area`: the part's area vector [cells²]. What only touches counts with the
+/// least weight, 1.
+fn weight_of_part(area: vec3<f32>) -> u32 {
+    return max(weight_of_area(length(area)), 1u);
+}
+
+/// Weights of a part of a triangle in the faces of each axis that it looks to (or, with the other side, away from): its area, projected on
+/// them. `area`: the part's area vector [cells²]; `normal`: the triangle's, unit length. What only touches counts with the least weight, 1,
+/// along the axes where the normal is longest; elsewhere 0 is nothing to add.
+fn weights_of_part(area: vec3<f32>, normal: vec3<f32>) -> vec3<u32> {
+    let projected = abs(area);
+    let looks = abs(normal);
+    let longest = max(looks.x, max(looks.y, looks.z));
+    return vec3<u32>(
+        max(weight_of_area(projected.x), u32(looks.x >= longest)),
+        max(weight_of_area(projected.y), u32(looks.y >= longest)),
+        max(weight_of_area(projected.z), u32(looks.z >= longest)),
+    );
+}
+
 /// weight × steps of emission as a 64-bit number (low, high). `weight` below 2¹⁹, `steps` below 2¹⁸.
 fn weigh_emission(weight: u32, steps: u32) -> vec2<u32> {
     // Halves of 9 bits: the products are below 2²⁸.
@@ -132,6 +154,30 @@ fn weigh_emission(weight: u32, steps: u32) -> vec2<u32> {
     let lower = weight * (steps & 511u);
     let low = (upper << 9u) + lower;
     return vec2<u32>(low, (upper >> 23u) + select(0u, 1u, low < lower));
+}
+
+/// What a surface adds to the first N_SURFACE_SUMS sums of a face, by SUM_ constants, as 64-bit numbers (low, high).
+///
+/// `albedo`: in [0, 1]; `normal`: unit length, of the side that the surface shows there; `emission` [W·sr⁻¹·m⁻²], at most `brightest`;
+/// `weight`: of [`weight_of_part`] or [`weights_of_part`].
+fn sums_of_surface(
+    weight: u32,
+    albedo: vec3<f32>,
+    normal: vec3<f32>,
+    emission: vec3<f32>,
+    brightest: f32,
+) -> array<vec2<u32>, N_SURFACE_SUMS> {
+    var out = array<vec2<u32>, N_SURFACE_SUMS>();
+    let colors = quantize_albedo(albedo);
+    let steps = quantize_normal(normal);
+    let light = quantize_emission(emission, brightest);
+    out[SUM_WEIGHT] = vec2<u32>(weight, 0u);
+    for (var k = 0u; k < 3u; k++) {
+        out[SUM_ALBEDO + k] = vec2<u32>(weight * colors[k], 0u);
+        out[SUM_NORMAL + k] = vec2<u32>(weight * steps[k], 0u);
+        out[SUM_EMISSION + k] = weigh_emission(weight, light[k]);
+    }
+    return out;
 }
 
 /// A 64-bit number (low, high) as f32, good to 1e-7 of itself.

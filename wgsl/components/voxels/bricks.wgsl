@@ -45,3 +45,8 @@ fn slot_of_bit(occupied: u32, first: u32, bit: u32) -> u32 {
     }
     return first + countOneBits(occupied & ((1u << bit) - 1u));
 }
+
+/// The slot of a cell, or NO_SLOT. `brick`: the two words of the brick that it stands in ([`brick_of_cell`]).
+fn slot_in_brick(brick: vec2<u32>, cell: vec3<u32>) -> u32 {
+    return slot_of_bit(brick.x, brick.y, bit_of_cell(cell));
+}

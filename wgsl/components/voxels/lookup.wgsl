@@ -6,8 +6,6 @@
 //! Valve Source Shading", GDC 2004: the ambient cube).
 #define_import_path lucerna::components::voxels::lookup
 
-#import lucerna::components::voxels::grid::{VoxelGrid, grid_from_world}
-
 /// The eight cells around a point: `base` + 0 or 1 along each axis.
 struct Taps {
     base: vec3<i32>,
@@ -36,7 +34,24 @@ fn tap_weight(taps: Taps, ix: u32) -> f32 {
 }
 
 /// How much of each axis's face counts for a surface with this unit normal; they sum to 1. In a grid
-/// with one value a cell, that value counts alone.
-fn face_weights(grid: VoxelGrid, normal: vec3<f32>) -> vec3<f32> {
-    return select(normal * normal, vec3<f32>(1.0, 0.0, 0.0), grid.n_faces == 1u);
+/// with one value a cell (`n_faces` 1), that value counts alone.
+fn face_weights(n_faces: u32, normal: vec3<f32>) -> vec3<f32> {
+    return select(normal * normal, vec3<f32>(1.0, 0.0, 0.0), n_faces == 1u);
+}
+
+/// A weighted sum of what records hold.
+struct LightSum {
+    /// Of irradiances [W·m⁻²].
+    irradiance: vec3<f32>,
+    weight: f32,
+}
+
+/// Adds an irradiance with a weight ≥ 0.
+fn add_weighted(sum: LightSum, irradiance: vec3<f32>, weight: f32) -> LightSum {
+    return LightSum(sum.irradiance + weight * irradiance, sum.weight + weight);
+}
+
+/// Adds another sum's mean with a weight; `found.weight` > 0.
+fn add_share(sum: LightSum, found: LightSum, weight: f32) -> LightSum {
+    return add_weighted(sum, found.irradiance / found.weight, weight);
 }

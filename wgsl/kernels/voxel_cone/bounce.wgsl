@@ -10,6 +10,7 @@
 
 #import lucerna::cone::march::ConeSettings
 #import lucerna::fields::cone_gather::gather_cones
+#import lucerna::fields::voxel_structure::packed_cell_of_slot
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::float::all_finite
@@ -17,7 +18,7 @@
 #import lucerna::sampling::pcg::pcg
 #import lucerna::components::voxels::attributes::{decode_face, record_is_valid}
 #import lucerna::components::voxels::grid::{face_normal, unpack_cell, world_from_grid}
-#import lucerna::components::voxels::levels::{VoxelLevels, slot_word}
+#import lucerna::components::voxels::levels::VoxelLevels
 #import lucerna::components::voxel_light::cache::{FaceFaults, FaceLight, hit_depth}
 
 const WORKGROUP: u32 = 64u;
@@ -36,11 +37,10 @@ struct BounceInfo {
 @group(1) @binding(1) var<uniform> info: BounceInfo;
 /// x: occupied voxels of the level.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
-@group(1) @binding(3) var<storage, read> structure: array<vec2<u32>>;
 /// Of the level alone, slot · n_faces + face: `voxel::attributes`.
-@group(1) @binding(4) var<storage, read> records: array<vec4<u32>>;
-@group(1) @binding(5) var<storage, read_write> lights: array<FaceLight>;
-@group(1) @binding(6) var<storage, read_write> faults: FaceFaults;
+@group(1) @binding(3) var<storage, read> records: array<vec4<u32>>;
+@group(1) @binding(4) var<storage, read_write> lights: array<FaceLight>;
+@group(1) @binding(5) var<storage, read_write> faults: FaceFaults;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -50,7 +50,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if record >= counts.x * n_faces {
         return;
     }
-    let packed_cell = structure[slot_word(level, record / n_faces)].x;
+    let packed_cell = packed_cell_of_slot(level, record / n_faces);
     let face = record % n_faces;
     let hash = pcg(packed_cell ^ pcg(face + 8u * info.level));
     if (info.frame + hash) % info.period != 0u {

@@ -8,11 +8,12 @@
 //!
 //! Workgroup memory: none. Each invocation owns a texel of `open`.
 
+#import lucerna::bsdf::ggx::spread_of_ggx
 #import lucerna::scene::pixel::{pixel_surface, view}
 #import lucerna::cone::cone_set::{drawn_cone_of_set, set_spread}
 #import lucerna::integrators::depth_openness::depth_openness
-#import lucerna::cone::march::{Cone, cells_across, spread_of_ggx}
-#import lucerna::components::voxel_pyramid::layout::{PyramidLayout, pyramid_weight}
+#import lucerna::cone::march::{Cone, cells_across}
+#import lucerna::fields::pyramid_layout::finest_cell
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::pcg::{pcg, pcg3d, unit_float}
@@ -34,18 +35,9 @@ struct OcclusionInfo {
 /// r: share that is open, of the hemisphere weighted by the cosine.
 @group(1) @binding(1) var open: texture_storage_2d<rgba8unorm, write>;
 
-@group(1) @binding(2) var<uniform> pyramid: PyramidLayout;
-
 /// Where voxel cones begin over a surface point [m].
 fn reach_at(position: vec3<f32>, normal: vec3<f32>) -> f32 {
-    var cell = pyramid.levels[pyramid.n_levels - 1u].cell;
-    for (var ix = pyramid.n_levels - 1u; ix > 0u; ix--) {
-        let level = pyramid.levels[ix - 1u];
-        if pyramid_weight(level, 0.0, (position - level.origin) / level.cell) > 0.0 {
-            cell = level.cell;
-        }
-    }
-    return info.start_cells * cell * cells_across(normal);
+    return info.start_cells * finest_cell(position) * cells_across(normal);
 }
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)

@@ -4,24 +4,18 @@
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Cost: n_cones cones a pixel, and one more for
 //! what is not Lambert. Each invocation owns its pixel.
 
-#import lucerna::frame::gbuffer::GBufferSurface
 #import lucerna::scene::pixel::{pixel_surface, view}
-#import lucerna::bsdf::directional_albedo::{diffuse_albedo, directional_albedo}
-#import lucerna::bsdf::fresnel::schlick_fresnel
-#import lucerna::bsdf::ggx::{ggx_distribution, ggx_visibility, pdf_ggx_reflection, sample_ggx_visible_normal}
-#import lucerna::bsdf::metallic_roughness::{MetallicRoughness, metallic_roughness, normal_reflectance}
-#import lucerna::cone::march::{Cone, ConeSettings, cells_across, spread_of_ggx}
-#import lucerna::fields::cone_gather::{Gathered, gather_cones}
-#import lucerna::fields::cone_trace::{finest_cell, trace_cone}
+#import lucerna::bsdf::directional_albedo::diffuse_albedo
+#import lucerna::bsdf::metallic_roughness::metallic_roughness
+#import lucerna::cone::march::ConeSettings
+#import lucerna::fields::cone_gather::gather_cones
+#import lucerna::integrators::cone_reflection::cone_reflection
 #import lucerna::math::constants::{FLOAT_MAX, INV_PI}
-#import lucerna::math::frame::frame_from_normal
 #import lucerna::math::loops::loops_run
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::pcg::{pcg, pcg3d}
 
 const WORKGROUP: u32 = 8u;
-/// Width of the cone along a drawn direction, in that of the lobe: the draws make the lobe, the cone takes noise away.
-const DRAWN_SHARE: f32 = 0.3;
 /// Apart from the streams of the diffuse cones.
 const SPECULAR_STREAM: u32 = 64u;
 
@@ -74,7 +68,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             diffuse = diffuse_albedo(material, cosine);
             if info.has_specular != 0u {
                 let u = sobol_owen(view.frame, pcg(hash + SPECULAR_STREAM));
-                radiance = open.y * mirrored(surface, material, u);
+                let reflected = cone_reflection(
+                    surface.position,
+                    surface.geometric_normal,
+                    surface.shading_normal,
+                    surface.to_viewer,
+                    material,
+                    info.cones,
+                    info.specular_spread,
+                    u,
+                );
+                radiance = open.y * reflected;
             }
         }
         radiance += open.x * diffuse * INV_PI * gathered.irradiance;
@@ -85,37 +89,4 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     textureStore(indirect, id.xy, out);
-}
-
-/// Radiance that the specular lobe reflects: a cone along one drawn direction of it, or along the mirrored one.
-fn mirrored(surface: GBufferSurface, material: MetallicRoughness, u: vec2<f32>) -> vec3<f32> {
-    let basis = frame_from_normal(surface.shading_normal);
-    let out = surface.to_viewer * basis;
-    var half_vector = vec3<f32>(0.0, 0.0, 1.0);
-    var spread = info.specular_spread;
-    let is_drawn = info.specular_spread == 0.0;
-    if is_drawn {
-        half_vector = sample_ggx_visible_normal(out, material.alpha, u);
-        spread = DRAWN_SHARE * spread_of_ggx(material.alpha);
-    }
-    let local = reflect(-out, half_vector);
-    let direction = basis * local;
-    if out.z <= 0.0 || local.z <= 0.0 || dot(direction, surface.geometric_normal) <= 0.0 {
-        return vec3<f32>(0.0);
-    }
-    // f·cos/pdf of the drawn direction; of the mirrored one, the whole lobe.
-    var weight = max(
-        directional_albedo(material, out.z) - diffuse_albedo(material, out.z),
-        vec3<f32>(0.0),
-    );
-    if is_drawn {
-        let fresnel = schlick_fresnel(normal_reflectance(material), dot(out, half_vector));
-        weight = fresnel * ggx_distribution(half_vector, material.alpha)
-            * ggx_visibility(out.z, local.z, material.alpha)
-            * local.z / pdf_ggx_reflection(out.z, half_vector, material.alpha);
-    }
-    let offset =
-        info.cones.start_cells * finest_cell(surface.position) * cells_across(surface.geometric_normal);
-    let cone = Cone(surface.position, spread, direction, FLOAT_MAX, surface.geometric_normal, offset);
-    return weight * trace_cone(cone, info.cones, 0.0).radiance;
 }

@@ -7,10 +7,11 @@
 //! Dispatch: indirect, one invocation a slot of the new structure, in rows as
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns its voxel's records.
 
+#import lucerna::fields::voxel_structure::packed_cell_of_slot
 #import lucerna::math::dispatch::group_of_dispatch
-#import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
+#import lucerna::components::voxels::bricks::{NO_SLOT, brick_of_cell, slot_in_brick}
 #import lucerna::components::voxels::grid::{is_inside, unpack_cell}
-#import lucerna::components::voxels::levels::{VoxelLevels, slot_word}
+#import lucerna::components::voxels::levels::VoxelLevels
 #import lucerna::components::voxel_light::cache::{FaceLight, without_rejection}
 
 const WORKGROUP: u32 = 64u;
@@ -26,10 +27,9 @@ struct CarryInfo {
 @group(1) @binding(1) var<uniform> info: CarryInfo;
 /// x: occupied voxels of the new structure.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
-@group(1) @binding(3) var<storage, read> structure: array<vec2<u32>>;
-@group(1) @binding(4) var<storage, read> structure_before: array<vec2<u32>>;
-@group(1) @binding(5) var<storage, read> before: array<FaceLight>;
-@group(1) @binding(6) var<storage, read_write> after: array<FaceLight>;
+@group(1) @binding(3) var<storage, read> structure_before: array<vec2<u32>>;
+@group(1) @binding(4) var<storage, read> before: array<FaceLight>;
+@group(1) @binding(5) var<storage, read_write> after: array<FaceLight>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -39,11 +39,11 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     let level = levels.levels[info.level];
     let n_faces = level.grid.n_faces;
-    let cell = vec3<i32>(unpack_cell(structure[slot_word(level, slot)].x)) + info.shift;
+    let cell = vec3<i32>(unpack_cell(packed_cell_of_slot(level, slot))) + info.shift;
     var slot_before = NO_SLOT;
     if is_inside(level.grid, cell) {
-        let brick = structure_before[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
-        slot_before = slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
+        let brick = level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell));
+        slot_before = slot_in_brick(structure_before[brick], vec3<u32>(cell));
     }
     for (var face = 0u; face < n_faces; face++) {
         var light: FaceLight;

@@ -8,12 +8,14 @@
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record of
 //! `reflected` and of `shown`.
 
+#import lucerna::fields::voxel_structure::{packed_cell_of_slot, slot_of_cell, wall_word_of_slot}
 #import lucerna::math::dispatch::group_of_dispatch
-#import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
-#import lucerna::components::voxels::grid::{face_axis, is_inside, unpack_cell}
-#import lucerna::components::voxels::levels::{VoxelLevels, slot_word}
-#import lucerna::components::voxel_light::cache::{FaceLight, coverage, sharing, tent}
-#import lucerna::components::voxel_light::walls::{is_before_walls, undivided}
+#import lucerna::components::voxels::bricks::NO_SLOT
+#import lucerna::components::voxels::grid::{face_axis, unpack_cell}
+#import lucerna::components::voxels::levels::VoxelLevels
+#import lucerna::components::voxel_light::cache::{FaceLight, coverage, current_hits}
+#import lucerna::components::voxel_light::neighbours::{n_neighbours, neighbour_offset, sharing_of_hits, tent}
+#import lucerna::components::voxel_light::wall_words::{is_before_walls, undivided}
 
 const WORKGROUP: u32 = 64u;
 
@@ -22,7 +24,7 @@ struct PublishInfo {
     level: u32,
     /// 1: bounces see what was reflected before. 0: direct light alone.
     feedback: u32,
-    /// See `cache::sharing`.
+    /// See `cache::current_hits`.
     light_rays: f32,
     reserved: u32,
 }
@@ -31,12 +33,11 @@ struct PublishInfo {
 @group(1) @binding(1) var<uniform> info: PublishInfo;
 /// x: occupied voxels of the level.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
-@group(1) @binding(3) var<storage, read> structure: array<vec2<u32>>;
-@group(1) @binding(4) var<storage, read> lights: array<FaceLight>;
+@group(1) @binding(3) var<storage, read> lights: array<FaceLight>;
 /// For bounces. rgb: direct light and what was reflected in the newest frame [W·m⁻²]; a: coverage.
-@group(1) @binding(5) var<storage, read_write> reflected: array<vec4<f32>>;
+@group(1) @binding(4) var<storage, read_write> reflected: array<vec4<f32>>;
 /// For pictures. rgb: light that was reflected at least once [W·m⁻²]; a: coverage.
-@group(1) @binding(6) var<storage, read_write> shown: array<vec4<f32>>;
+@group(1) @binding(5) var<storage, read_write> shown: array<vec4<f32>>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -55,37 +56,31 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         return;
     }
     let is_isotropic = n_faces == 1u;
-    let words = structure[slot_word(level, record / n_faces)];
+    let own_slot = record / n_faces;
+    let walls = wall_word_of_slot(level, own_slot);
     let face = record % n_faces;
     let axis = face_axis(face);
-    let cell = vec3<i32>(unpack_cell(words.x));
-    let share = sharing(own, info.light_rays);
+    let cell = vec3<i32>(unpack_cell(packed_cell_of_slot(level, own_slot)));
+    let share = sharing_of_hits(current_hits(own, info.light_rays));
     // rgb: sum, a: weight; the face's own record first.
     var feedback = covered * vec4<f32>(own.feedback, 1.0);
     var indirect = covered * vec4<f32>(own.indirect, 1.0);
-    // Beside a face lie 8 cells, around a voxel 26.
-    let n_cells = select(9u, 27u, is_isotropic);
-    for (var ix = 0u; ix < n_cells; ix++) {
-        var offset = vec3<i32>(0);
-        offset[(axis + 1u) % 3u] = i32(ix % 3u) - 1;
-        offset[(axis + 2u) % 3u] = i32(ix / 3u % 3u) - 1;
-        offset[axis] = select(0, i32(ix / 9u) - 1, is_isotropic);
-        if all(offset == vec3<i32>(0)) || !is_inside(level.grid, cell + offset) {
+    for (var ix = 0u; ix < n_neighbours(is_isotropic); ix++) {
+        let offset = neighbour_offset(ix, axis, is_isotropic);
+        if all(offset == vec3<i32>(0)) {
             continue;
         }
-        if !is_isotropic && !is_before_walls(words.y, offset) {
+        if !is_isotropic && !is_before_walls(walls, offset) {
             continue;
         }
-        let neighbour = vec3<u32>(cell + offset);
-        let brick = structure[level.first_brick + brick_of_cell(level.grid, neighbour)];
-        let slot = slot_of_bit(brick.x, brick.y, bit_of_cell(neighbour));
+        let slot = slot_of_cell(level, cell + offset);
         if slot == NO_SLOT {
             continue;
         }
         let light = lights[level.first_record + slot * n_faces + face];
         var weight = tent(offset) * coverage(light);
         if !is_isotropic {
-            weight *= undivided(structure[slot_word(level, slot)].y)[axis];
+            weight *= undivided(wall_word_of_slot(level, slot))[axis];
         }
         feedback += weight * vec4<f32>(light.feedback, 1.0);
         indirect += share * weight * vec4<f32>(light.indirect, 1.0);

@@ -10,6 +10,7 @@
 #import lucerna::components::voxel_light::accumulator::{STRATEGY_EXACT, HEAD_WORDS, EXACT_WORDS, EXACT_COUNT, EXACT_HIGH}
 #import lucerna::components::voxel_light::average::{WideSum, mean_of_sum, unpack_average, unpack_count}
 #import lucerna::components::voxels::grid::VoxelGrid
+#import lucerna::fields::voxel_structure::n_slots
 
 const WORKGROUP: u32 = 64u;
 /// Chosen when the pipeline is made, as in `voxel_light/inject`.
@@ -27,16 +28,9 @@ struct Resolution {
 
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
 @group(1) @binding(1) var<uniform> resolution: Resolution;
-@group(1) @binding(2) var<storage, read> structure: array<vec2<u32>>;
-@group(1) @binding(3) var<storage, read_write> accumulators: array<u32>;
+@group(1) @binding(2) var<storage, read_write> accumulators: array<u32>;
 /// rgb: irradiance [W·m⁻²]; a: number of samples (of the packed strategies: as far as they count).
-@group(1) @binding(4) var<storage, read_write> means: array<vec4<f32>>;
-
-/// Occupied voxels: what stands before the last brick and in it.
-fn n_slots() -> u32 {
-    let last = structure[grid.bricks.x * grid.bricks.y * grid.bricks.z - 1u];
-    return min(last.y + countOneBits(last.x), grid.capacity);
-}
+@group(1) @binding(3) var<storage, read_write> means: array<vec4<f32>>;
 
 /// A record's mean and count; its memory is zero afterwards.
 fn take_exact(record: u32) -> vec4<f32> {
@@ -74,7 +68,7 @@ fn take_packed(record: u32) -> vec4<f32> {
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) n: vec3<u32>) {
     let record = id.y * n.x * WORKGROUP + id.x;
-    if record >= n_slots() * grid.n_faces {
+    if record >= min(n_slots(grid), grid.capacity) * grid.n_faces {
         return;
     }
     var mean: vec4<f32>;

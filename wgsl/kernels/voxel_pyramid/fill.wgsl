@@ -11,13 +11,15 @@
 //! Dispatch: ceil(size/4) groups of 4 × 4 × 4. Workgroup memory: none. Each invocation owns its cell's texels.
 
 #import lucerna::cone::medium::texel_of_surface
-#import lucerna::components::voxel_pyramid::opacity::corner_opacity
+#import lucerna::components::voxel_pyramid::opacity::opacity_of_faces
+#import lucerna::components::voxel_pyramid::gaps::{GapPairs, add_gap_pair, gap_step, texel_of_gap}
 #import lucerna::components::voxel_pyramid::layout::{MAX_MIPS, radiance_scale, texel_of_cell}
 #import lucerna::fields::pyramid_texels::{filled, store_texel}
+#import lucerna::fields::voxel_structure::slot_of_cell
 #import lucerna::math::constants::INV_PI
 #import lucerna::math::float::all_finite
 #import lucerna::components::voxels::attributes::{decode_face, record_is_back, record_is_valid}
-#import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
+#import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::levels::VoxelLevels
 #import lucerna::components::voxel_light::cache::{FaceLight, hit_depth}
 
@@ -36,22 +38,11 @@ struct FillInfo {
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
 @group(1) @binding(1) var<uniform> info: FillInfo;
-@group(1) @binding(2) var<storage, read> structure: array<vec2<u32>>;
 /// Of the level alone, slot · n_faces + face: `voxel::attributes`.
-@group(1) @binding(3) var<storage, read> records: array<vec4<u32>>;
+@group(1) @binding(2) var<storage, read> records: array<vec4<u32>>;
 /// rgb: irradiance [W·m⁻²].
-@group(1) @binding(4) var<storage, read> irradiance: array<vec4<f32>>;
-@group(1) @binding(5) var<storage, read> lights: array<FaceLight>;
-
-/// The slot of a cell of the level; NO_SLOT outside it.
-fn slot_of(cell: vec3<i32>) -> u32 {
-    let level = levels.levels[info.level];
-    if any(cell < vec3<i32>(0)) || any(cell >= vec3<i32>(level.grid.size)) {
-        return NO_SLOT;
-    }
-    let brick = structure[level.first_brick + brick_of_cell(level.grid, vec3<u32>(cell))];
-    return slot_of_bit(brick.x, brick.y, bit_of_cell(vec3<u32>(cell)));
-}
+@group(1) @binding(3) var<storage, read> irradiance: array<vec4<f32>>;
+@group(1) @binding(4) var<storage, read> lights: array<FaceLight>;
 
 /// The texel of a voxel's face of this opacity; zeros where it has no surface.
 fn texel_of_face(slot: u32, face: u32, opacity: f32) -> vec4<f32> {
@@ -88,30 +79,16 @@ fn opacities_of(slot: u32) -> array<f32, 6> {
         out[0] = decode_face(records[slot]).coverage;
         return out;
     }
-    var coverage = vec3<f32>(0.0);
-    var depth = vec3<f32>(-1.0);
-    var shown = vec3<u32>(0u);
+    var depth = array<f32, 6>();
     for (var face = 0u; face < 6u; face++) {
         let record = slot * 6u + face;
         let packed = records[record];
-        let surface = decode_face(packed);
-        out[face] = surface.coverage;
+        out[face] = decode_face(packed).coverage;
         let known = lights[level.first_record + record];
-        let axis = face >> 1u;
-        if record_is_valid(packed) && !record_is_back(packed) && known.n_hits > 0.0 {
-            // An axis that shows both its faces holds a sheet or a slab, and closes nothing.
-            depth[axis] = select(-1.0, hit_depth(known), coverage[axis] == 0.0);
-            coverage[axis] = max(surface.coverage, 1e-6);
-            shown[axis] = face;
-        }
+        let is_front = record_is_valid(packed) && !record_is_back(packed) && known.n_hits > 0.0;
+        depth[face] = select(-1.0, hit_depth(known), is_front);
     }
-    let closed = corner_opacity(coverage, depth);
-    for (var axis = 0u; axis < 3u; axis++) {
-        if depth[axis] >= 0.0 {
-            out[shown[axis]] = closed[axis];
-        }
-    }
-    return out;
+    return opacity_of_faces(out, depth);
 }
 
 @compute @workgroup_size(SIDE, SIDE, SIDE)
@@ -121,7 +98,7 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
         return;
     }
     let entry = filled.mips[info.level * MAX_MIPS];
-    let slot = slot_of(vec3<i32>(cell));
+    let slot = slot_of_cell(level, vec3<i32>(cell));
     var opacities: array<f32, 6>;
     if slot != NO_SLOT {
         opacities = opacities_of(slot);
@@ -141,20 +118,16 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
 /// The mean of a pair of opposite neighbours beside a face that both have a surface there; zeros where no pair
 /// has.
 fn between_neighbours(cell: vec3<i32>, face: u32) -> vec4<f32> {
-    var sum = vec4<f32>(0.0);
-    var n = 0.0;
-    for (var turn = 1u; turn < 3u; turn++) {
-        var step = vec3<i32>(0);
-        step[((face >> 1u) + turn) % 3u] = 1;
-        let slots = vec2<u32>(slot_of(cell - step), slot_of(cell + step));
+    let level = levels.levels[info.level];
+    var pairs: GapPairs;
+    for (var pair = 0u; pair < 2u; pair++) {
+        let step = gap_step(face, pair);
+        let slots = vec2<u32>(slot_of_cell(level, cell - step), slot_of_cell(level, cell + step));
         if slots.x != NO_SLOT && slots.y != NO_SLOT {
             let one = texel_of_face(slots.x, face, decode_face(record_of(slots.x, face)).coverage);
             let other = texel_of_face(slots.y, face, decode_face(record_of(slots.y, face)).coverage);
-            if one.a > 0.0 && other.a > 0.0 {
-                sum += 0.5 * (one + other);
-                n += 1.0;
-            }
+            pairs = add_gap_pair(pairs, one, other);
         }
     }
-    return sum / max(n, 1.0);
+    return texel_of_gap(pairs);
 }

@@ -11,17 +11,20 @@
 //! Dispatch: indirect, from `voxels/work_groups`. Workgroup memory: none. Sums of integers do not
 //! depend on the order.
 
-#import lucerna::scene::triangles::{n_triangles, triangle_corners}
-#import lucerna::geometry::barycentric::barycentrics_of
+#import lucerna::integrators::triangle_pieces::{n_pieces, triangle_piece}
+#import lucerna::scene::triangles::triangle_corners
+#import lucerna::fields::voxel_structure::{n_slots, slot_in_grid}
+#import lucerna::geometry::barycentric::barycentrics_within
 #import lucerna::geometry::clip::clip_triangle_to_cube
-#import lucerna::scene::surface::{SurfaceOver, surface_over}
+#import lucerna::scene::surface::surface_over
+#import lucerna::scene::types::SurfaceOver
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::vector::safe_normalize
-#import lucerna::components::voxels::attributes::{N_SUMS, SUM_WEIGHT, SUM_ALBEDO, SUM_NORMAL, SUM_EMISSION, SUM_COVERAGE}
-#import lucerna::components::voxels::attributes::{quantize_albedo, quantize_emission, quantize_normal, weigh_emission, weight_of_area}
-#import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_of_bit}
+#import lucerna::components::voxels::attributes::{N_SUMS, N_SURFACE_SUMS, SUM_COVERAGE}
+#import lucerna::components::voxels::attributes::{sums_of_surface, weight_of_part, weights_of_part}
+#import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::grid::VoxelGrid
-#import lucerna::components::voxels::work::{COLUMNS, GridTriangle, cells_of_column, columns_of_triangle, grid_triangle, triangle_meets_cell}
+#import lucerna::components::voxels::work::{GridTriangle, cells_of_column, triangle_meets_cell}
 
 const WORKGROUP: u32 = 64u;
 
@@ -35,13 +38,9 @@ struct SlotRange {
 }
 
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
-/// The first piece of each triangle, and at the end how many pieces there are.
-@group(1) @binding(1) var<storage, read> work: array<u32>;
-@group(1) @binding(2) var<uniform> range: SlotRange;
-/// As `voxels/write_structure` leaves it.
-@group(1) @binding(3) var<storage, read> structure: array<vec2<u32>>;
+@group(1) @binding(1) var<uniform> range: SlotRange;
 /// (slot − range.first)·n_faces + face, then SUM_ constant, then low and high word.
-@group(1) @binding(4) var<storage, read_write> sums: array<atomic<u32>>;
+@group(1) @binding(2) var<storage, read_write> sums: array<atomic<u32>>;
 
 /// Adds a 64-bit number (low, high).
 fn add(record: u32, sum: u32, number: vec2<u32>) {
@@ -58,22 +57,16 @@ fn add(record: u32, sum: u32, number: vec2<u32>) {
 
 /// Adds a surface to a face, with the normal of the side that it shows there.
 fn add_face(record: u32, weight: u32, surface: SurfaceOver, normal: vec3<f32>) {
-    add(record, SUM_WEIGHT, vec2<u32>(weight, 0u));
-    let albedo = quantize_albedo(surface.albedo);
-    let steps = quantize_normal(normal);
-    let emission = quantize_emission(surface.emission, range.brightest);
-    for (var k = 0u; k < 3u; k++) {
-        add(record, SUM_ALBEDO + k, vec2<u32>(weight * albedo[k], 0u));
-        add(record, SUM_NORMAL + k, vec2<u32>(weight * steps[k], 0u));
-        add(record, SUM_EMISSION + k, weigh_emission(weight, emission[k]));
+    var numbers = sums_of_surface(weight, surface.albedo, normal, surface.emission, range.brightest);
+    for (var k = 0u; k < N_SURFACE_SUMS; k++) {
+        add(record, k, numbers[k]);
     }
 }
 
 /// Adds a triangle to a voxel of the range.
 fn add_triangle(triangle_ix: u32, t: GridTriangle, cell: vec3<u32>, slot: u32) {
     let part = clip_triangle_to_cube(t.a, t.b, t.c, vec3<f32>(cell) + 0.5, 0.5);
-    let weights = barycentrics_in(t, part.middle);
-    let surface = surface_over(triangle_ix, weights, grid.cell);
+    let surface = surface_over(triangle_ix, barycentrics_within(part.middle, t.a, t.b, t.c), grid.cell);
     if surface.is_cut_away {
         return;
     }
@@ -82,16 +75,14 @@ fn add_triangle(triangle_ix: u32, t: GridTriangle, cell: vec3<u32>, slot: u32) {
     let normal = safe_normalize(across, vec3<f32>(0.0, 1.0, 0.0));
     let first = (slot - range.first) * grid.n_faces;
     if grid.n_faces == 1u {
-        let weight = max(weight_of_area(length(part.area)), 1u);
+        let weight = weight_of_part(part.area);
         add_face(first, weight, surface, normal);
         add(first, SUM_COVERAGE, vec2<u32>(weight, 0u));
         return;
     }
-    let area = abs(part.area);
-    let looks = abs(normal);
+    let weights = weights_of_part(part.area, normal);
     for (var axis = 0u; axis < 3u; axis++) {
-        let is_dominant = looks[axis] >= max(looks.x, max(looks.y, looks.z));
-        let weight = max(weight_of_area(area[axis]), u32(is_dominant));
+        let weight = weights[axis];
         if weight == 0u {
             continue;
         }
@@ -106,60 +97,32 @@ fn add_triangle(triangle_ix: u32, t: GridTriangle, cell: vec3<u32>, slot: u32) {
     }
 }
 
-/// Weights of the second and third corner, within the triangle.
-fn barycentrics_in(t: GridTriangle, point: vec3<f32>) -> vec2<f32> {
-    // Of a triangle without area in f32 the weights may be NaN, which clamp turns into a number.
-    let weights = clamp(barycentrics_of(point, t.a, t.b, t.c), vec2<f32>(0.0), vec2<f32>(1.0));
-    return weights / max(weights.x + weights.y, 1.0);
-}
-
-/// The triangle that a piece belongs to: the last one whose first piece is not above it.
-fn triangle_of_piece(piece: u32) -> u32 {
-    var low = 0u;
-    var high = n_triangles();
-    while high - low > 1u {
-        let middle = (low + high) / 2u;
-        if work[middle] <= piece {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
-
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
     let piece = group_of_dispatch(workgroup_id) * WORKGROUP + local;
-    if piece >= work[n_triangles()] {
+    if piece >= n_pieces() {
         return;
     }
     // Ranges past the last voxel have nothing to do.
-    let last = structure[grid.bricks.x * grid.bricks.y * grid.bricks.z - 1u];
-    if range.first >= last.y + countOneBits(last.x) {
+    if range.first >= n_slots(grid) {
         return;
     }
-    let ix = triangle_of_piece(piece);
-    let corners = triangle_corners(ix);
-    let t = grid_triangle(grid, corners.a, corners.b, corners.c);
-    let columns = columns_of_triangle(grid, t);
-    let first = (piece - work[ix]) * COLUMNS;
-    for (var k = first; k < min(first + COLUMNS, columns.n); k++) {
-        let run = cells_of_column(t, columns, k);
+    let part = triangle_piece(grid, piece);
+    let axis = part.columns.axis;
+    for (var k = part.first; k < part.end; k++) {
+        let run = cells_of_column(part.triangle, part.columns, k);
         var cell = run.xyz;
-        while cell[columns.axis] < run.w {
-            if triangle_meets_cell(t, cell) {
-                let brick = brick_of_cell(grid, cell);
-                let words = structure[brick];
-                let slot = slot_of_bit(words.x, words.y, bit_of_cell(cell));
+        while cell[axis] < run.w {
+            if triangle_meets_cell(part.triangle, cell) {
+                let slot = slot_in_grid(grid, 0u, vec3<i32>(cell));
                 if slot != NO_SLOT && slot >= range.first && slot - range.first < range.n {
-                    add_triangle(ix, t, cell, slot);
+                    add_triangle(part.triangle_ix, part.triangle, cell, slot);
                 }
             }
-            cell[columns.axis] += 1u;
+            cell[axis] += 1u;
         }
     }
 }

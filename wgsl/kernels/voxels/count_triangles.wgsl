@@ -6,33 +6,16 @@
 //! Dispatch: indirect, from `voxels/work_groups`. Workgroup memory: none. Sums of integers do not
 //! depend on the order.
 
-#import lucerna::scene::triangles::{n_triangles, triangle_corners}
+#import lucerna::integrators::triangle_pieces::{n_pieces, triangle_piece}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::components::voxels::grid::VoxelGrid
-#import lucerna::components::voxels::work::{COLUMNS, cells_of_column, columns_of_triangle, grid_triangle, triangle_meets_cell}
+#import lucerna::components::voxels::work::{cells_of_column, triangle_meets_cell}
 
 const WORKGROUP: u32 = 64u;
 
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
-/// The first piece of each triangle, and at the end how many pieces there are.
-@group(1) @binding(1) var<storage, read> work: array<u32>;
 /// One number a cell, x fastest.
-@group(1) @binding(2) var<storage, read_write> counts: array<atomic<u32>>;
-
-/// The triangle that a piece belongs to: the last one whose first piece is not above it.
-fn triangle_of_piece(piece: u32) -> u32 {
-    var low = 0u;
-    var high = n_triangles();
-    while high - low > 1u {
-        let middle = (low + high) / 2u;
-        if work[middle] <= piece {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
+@group(1) @binding(1) var<storage, read_write> counts: array<atomic<u32>>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -40,22 +23,19 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let piece = group_of_dispatch(workgroup_id) * WORKGROUP + local;
-    if piece >= work[n_triangles()] {
+    if piece >= n_pieces() {
         return;
     }
-    let ix = triangle_of_piece(piece);
-    let corners = triangle_corners(ix);
-    let t = grid_triangle(grid, corners.a, corners.b, corners.c);
-    let columns = columns_of_triangle(grid, t);
-    let first = (piece - work[ix]) * COLUMNS;
-    for (var k = first; k < min(first + COLUMNS, columns.n); k++) {
-        let run = cells_of_column(t, columns, k);
+    let part = triangle_piece(grid, piece);
+    let axis = part.columns.axis;
+    for (var k = part.first; k < part.end; k++) {
+        let run = cells_of_column(part.triangle, part.columns, k);
         var cell = run.xyz;
-        while cell[columns.axis] < run.w {
-            if triangle_meets_cell(t, cell) {
+        while cell[axis] < run.w {
+            if triangle_meets_cell(part.triangle, cell) {
                 atomicAdd(&counts[(cell.z * grid.size.y + cell.y) * grid.size.x + cell.x], 1u);
             }
-            cell[columns.axis] += 1u;
+            cell[axis] += 1u;
         }
     }
 }

@@ -6,8 +6,9 @@
 #define_import_path lucerna::scene::visibility
 
 #import lucerna::cone::march::{Cone, ConeSettings, cells_across, spread_of_solid_angle}
-#import lucerna::fields::cone_trace::{finest_cell, trace_cone}
-#import lucerna::scene::lights::LightSample
+#import lucerna::fields::cone_trace::trace_cone
+#import lucerna::fields::pyramid_layout::finest_cell
+#import lucerna::scene::types::LightSample
 
 /// How cones towards lights are followed: fine steps, for a shadow's edge is seen.
 const SHADOW_STEPPING: ConeSettings = ConeSettings(0.5, -0.4, 0.95, 1.5);

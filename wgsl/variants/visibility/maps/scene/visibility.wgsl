@@ -5,9 +5,8 @@
 #define_import_path lucerna::scene::visibility
 
 #import lucerna::fields::shadow_maps::{has_map, mapped_visibility}
-#import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::scene::lights::{LightSample, ray_to_light}
-#import lucerna::scene::rays::any_hit
+#import lucerna::scene::shadow_rays::light_is_hidden
+#import lucerna::scene::types::LightSample
 
 /// Share of what a light sends that arrives, in [0, 1]. `solid_angle` is not needed.
 fn light_visibility(
@@ -20,6 +19,5 @@ fn light_visibility(
     if has_map(light.ix) {
         return mapped_visibility(light.ix, position, normal);
     }
-    let origin = offset_ray_origin(position, position_error, normal, light.direction);
-    return select(1.0, 0.0, any_hit(ray_to_light(light, origin)));
+    return select(1.0, 0.0, light_is_hidden(light, position, position_error, normal));
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: prefiltered voxels, read between their centres, from a buffer.
 //!
-//! Interface: `pyramid`, `filtered_texel`. A texel is two words, four 16-bit floats; x fastest, then y, then z.
+//! Interface: `filtered_texel`, all that cones ask of storage besides `fields::pyramid_layout`. A texel is two words, four 16-bit floats; x fastest, then y, then z.
 #define_import_path lucerna::fields::voxel_pyramid
 
-#import lucerna::components::voxel_pyramid::layout::{PyramidLayout, VolumeSizes, index_of_texel, size_of_volume, texels_of_point, volume_of_mip}
+#import lucerna::components::voxel_pyramid::layout::{VolumeSizes, index_of_texel, size_of_volume, texels_of_point, volume_of_mip}
+#import lucerna::fields::pyramid_layout::pyramid
 
-@group(3) @binding(16) var<uniform> pyramid: PyramidLayout;
 /// The three volumes, one after the other.
 @group(3) @binding(17) var<storage, read> volume_texels: array<vec2<u32>>;
 

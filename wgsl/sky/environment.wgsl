@@ -8,14 +8,12 @@
 //! marginal distribution through row y, that row included; texel (x + 1, y) is the conditional
 //! distribution within row y through column x, that column included. Both rise to exactly 1. A
 //! texel's weight is its luminance × sin θ of its row's centre, but any weights do.
-//! Mapping of texels to directions: `lucerna::light::sky`.
-#define_import_path lucerna::sampling::environment
+//! Mapping of texels to directions: `lucerna::sky::equirectangular`.
+#define_import_path lucerna::sky::environment
 
-#import lucerna::light::sky::{direction_from_uv, uv_from_direction}
-#import lucerna::math::constants::PI
+#import lucerna::sky::equirectangular::{direction_from_uv, uv_from_direction}
+#import lucerna::math::constants::{ONE_BELOW, PI}
 
-/// The largest f32 below 1.
-const ONE_BELOW: f32 = 0.99999994;
 /// sin θ is held above it in densities, which have a pole at the poles (of 3e-11 of the sphere).
 const MIN_SINE: f32 = 1e-5;
 

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Filters over a picture that keep to surfaces alike: they take what neighbouring pixels found, as far as those see nearly the same
+//! surface (`frame::upscale`).
+//!
+//! J. Kopf, M. Cohen, D. Lischinski, M. Uyttendaele, "Joint Bilateral Upsampling", SIGGRAPH 2007; E. Eisemann, F. Durand, "Flash
+//! Photography Enhancement via Intrinsic Relighting", SIGGRAPH 2004 (cross-bilateral filter).
+//!
+//! Bindings: none of its own; it asks the scene seam what pixels see.
+#define_import_path lucerna::integrators::bilateral
+
+#import lucerna::frame::gbuffer::GBufferSurface
+#import lucerna::frame::upscale::{bilinear_weight, gaussian_weight, surface_weight}
+#import lucerna::scene::pixel::{pixel_surface, view}
+
+/// What the nearest texels count besides, where no surface is alike.
+const LEAST_ALIKE: f32 = 1e-3;
+/// Pixels to either side of the filter, and its standard deviation.
+const BILATERAL_RADIUS: i32 = 3;
+const BILATERAL_SIGMA: f32 = 1.5;
+
+/// The red channel of `quarter` (a texel of every second pixel of every second row) at a pixel with a surface, from the four nearest texels;
+/// 1 where none of them has one.
+fn joint_upsampled(quarter: texture_2d<f32>, pixel: vec2<u32>, surface: GBufferSurface) -> f32 {
+    let size = (view.size + 1u) / 2u;
+    let base = pixel / 2u;
+    let share = 0.5 * vec2<f32>(pixel % 2u);
+    var sum = 0.0;
+    var total = 0.0;
+    for (var ix = 0u; ix < 4u; ix++) {
+        let corner = vec2<u32>(ix & 1u, ix >> 1u);
+        let texel = min(base + corner, size - 1u);
+        let other = pixel_surface(min(2u * texel, view.size - 1u));
+        if other.is_surface {
+            let alike = surface_weight(
+                other.position - surface.position,
+                surface.depth,
+                surface.geometric_normal,
+                other.geometric_normal,
+            );
+            let weight = bilinear_weight(corner, share) * (alike + LEAST_ALIKE);
+            sum += weight * textureLoad(quarter, texel, 0).r;
+            total += weight;
+        }
+    }
+    return select(1.0, sum / total, total > 0.0);
+}
+
+/// The mean of the red channel of `full` (a texel a pixel) over a pixel's neighbours, by a Gaussian and by how alike they are; 1 where none
+/// has a surface. `surface`: of the pixel.
+fn cross_bilateral(full: texture_2d<f32>, pixel: vec2<u32>, surface: GBufferSurface) -> f32 {
+    var sum = 0.0;
+    var total = 0.0;
+    for (var y = -BILATERAL_RADIUS; y <= BILATERAL_RADIUS; y++) {
+        for (var x = -BILATERAL_RADIUS; x <= BILATERAL_RADIUS; x++) {
+            let at = vec2<i32>(pixel) + vec2<i32>(x, y);
+            if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(view.size)) {
+                continue;
+            }
+            let other = pixel_surface(vec2<u32>(at));
+            if other.is_surface {
+                let alike = surface_weight(
+                    other.position - surface.position,
+                    surface.depth,
+                    surface.geometric_normal,
+                    other.geometric_normal,
+                );
+                let weight = gaussian_weight(vec2<f32>(f32(x), f32(y)), BILATERAL_SIGMA) * alike;
+                sum += weight * textureLoad(full, at, 0).r;
+                total += weight;
+            }
+        }
+    }
+    return select(1.0, sum / total, total > 0.0);
+}

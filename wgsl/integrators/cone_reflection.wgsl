@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a glossy surface mirrors, by one cone through prefiltered voxels.
+//!
+//! Either along a direction drawn from the specular lobe (the draws make the lobe, a narrow cone takes noise away), or along the mirrored
+//! one with a cone as wide as asked for (C. Crassin et al., "Interactive Indirect Illumination Using Voxel Cone Tracing", 2011).
+//!
+//! Bindings: none of its own; it asks `fields::voxel_pyramid`.
+#define_import_path lucerna::integrators::cone_reflection
+
+#import lucerna::bsdf::bsdf_sample::BsdfSample
+#import lucerna::bsdf::directional_albedo::specular_albedo
+#import lucerna::bsdf::ggx::spread_of_ggx
+#import lucerna::bsdf::metallic_roughness::{MetallicRoughness, sample_specular_lobe}
+#import lucerna::cone::march::{Cone, ConeSettings, cells_across}
+#import lucerna::fields::cone_trace::trace_cone
+#import lucerna::fields::pyramid_layout::finest_cell
+#import lucerna::math::constants::FLOAT_MAX
+#import lucerna::math::frame::frame_from_normal
+
+/// Width of the cone along a drawn direction, in that of the lobe.
+const DRAWN_SHARE: f32 = 0.3;
+
+/// Radiance that the specular lobe reflects to the viewer [W·sr⁻¹·m⁻²].
+///
+/// `position` [m]; normals and `to_viewer`: unit length. `spread`: tan of half the aperture of the mirrored direction's cone; 0: a direction
+/// is drawn, and the cone follows the roughness. `u`: uniform in [0, 1)².
+fn cone_reflection(
+    position: vec3<f32>,
+    geometric_normal: vec3<f32>,
+    shading_normal: vec3<f32>,
+    to_viewer: vec3<f32>,
+    material: MetallicRoughness,
+    settings: ConeSettings,
+    spread: f32,
+    u: vec2<f32>,
+) -> vec3<f32> {
+    let basis = frame_from_normal(shading_normal);
+    let local = to_viewer * basis;
+    var lobe: BsdfSample;
+    var width = spread;
+    if spread == 0.0 {
+        lobe = sample_specular_lobe(material, local, u);
+        width = DRAWN_SHARE * spread_of_ggx(material.alpha);
+    } else {
+        lobe.direction = vec3<f32>(-local.xy, local.z);
+        lobe.weight = specular_albedo(material, local.z);
+    }
+    let direction = basis * lobe.direction;
+    if local.z <= 0.0 || lobe.direction.z <= 0.0 || dot(direction, geometric_normal) <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let offset = settings.start_cells * finest_cell(position) * cells_across(geometric_normal);
+    let cone = Cone(position, width, direction, FLOAT_MAX, geometric_normal, offset);
+    return lobe.weight * trace_cone(cone, settings, 0.0).radiance;
+}

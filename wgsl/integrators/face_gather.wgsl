@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What light a voxel's face receives, by a few rays.
+//!
+//! A ray along the face's axis, through a random point of the face, finds a surface point within the
+//! cell. From there a cosine-distributed ray is traced: what it meets reflects the irradiance that the
+//! cache held there in the frame before, so each frame adds a bounce; and what it meets emits. Where
+//! bounces are counted, the path goes on instead, and gathers direct light alone at each of its hits. A
+//! shadow ray to a drawn light estimates the direct irradiance as well, and both estimates of it are
+//! combined by multiple importance sampling (E. Veach, L. Guibas, "Optimally Combining Sampling
+//! Techniques for Monte Carlo Rendering", SIGGRAPH 1995, power heuristic).
+//!
+//! Bindings: none of its own; it asks the scene seam and `fields::voxel_light`.
+#define_import_path lucerna::integrators::face_gather
+
+#import lucerna::bsdf::directional_albedo::directional_albedo
+#import lucerna::bsdf::metallic_roughness::metallic_roughness
+#import lucerna::components::voxel_light::cache::{FaceSamples, WALL_COSINE}
+#import lucerna::components::voxel_light::face_point::{FACE_RAY_LENGTH, depth_below_face, face_point}
+#import lucerna::components::voxels::grid::{VoxelGrid, face_normal, unpack_cell, world_from_grid}
+#import lucerna::fields::voxel_light::{LOOKUP_VALID, irradiance_at}
+#import lucerna::geometry::ray_offset::offset_ray_origin
+#import lucerna::light::next_event::irradiance_of_light
+#import lucerna::math::constants::{FLOAT_MAX, INV_PI, PI}
+#import lucerna::math::float::all_finite
+#import lucerna::math::frame::frame_from_normal
+#import lucerna::sampling::hemisphere::sample_cosine_hemisphere
+#import lucerna::sampling::low_discrepancy::sobol_owen
+#import lucerna::sampling::mis::{power_heuristic, solid_angle_of_sample}
+#import lucerna::sampling::pcg::{pcg, random_vec4}
+#import lucerna::scene::lights::{pdf_of_emitter, pdf_of_sky, sample_light}
+#import lucerna::scene::rays::nearest_hit
+#import lucerna::scene::sky::sky_radiance
+#import lucerna::scene::surface::surface_at
+#import lucerna::scene::visibility::light_visibility
+#import lucerna::scene::types::{Ray, hit_is_miss, Surface, seen_from}
+
+/// A bounce that meets the back of a single-sided surface within so many cells was shut in: the point
+/// lies within something solid, or behind a wall's foot, where nobody sees it.
+const SHUT_IN_CELLS: f32 = 1.5;
+
+/// What is looked for.
+struct FaceGatherSettings {
+    /// Reflections that a path follows. With the field holding direct light alone, these are all that is counted; else 1 is
+    /// enough. 0: none.
+    n_bounces: u32,
+    /// Whether a light is drawn for the point as well.
+    finds_direct: bool,
+}
+
+/// Where a path stands.
+struct FacePath {
+    at: Surface,
+    /// In which it goes on.
+    direction: vec3<f32>,
+    /// Product of the albedos that it met.
+    throughput: vec3<f32>,
+}
+
+/// Draws one point of a face and adds what light it receives.
+///
+/// `packed_cell`: of the voxel (`grid::pack_cell`); `record_face`: 0 to 5, of a grid with one value a cell 0. `sample_ix`: counts the face's
+/// points; `hash`: the face's own random bits, the same for all its points.
+fn add_face_sample(
+    samples_before: FaceSamples,
+    settings: FaceGatherSettings,
+    grid: VoxelGrid,
+    packed_cell: u32,
+    record_face: u32,
+    sample_ix: u32,
+    hash: vec3<u32>,
+) -> FaceSamples {
+    var samples = samples_before;
+    samples.n_rays += 1.0;
+    // A cell without faces is looked at from its six sides in turn.
+    let face = select(record_face, (sample_ix + hash.x) % 6u, grid.n_faces == 1u);
+    let outward = face_normal(face);
+    let start = face_point(vec3<f32>(unpack_cell(packed_cell)), face, sobol_owen(sample_ix, hash.x));
+    let origin = world_from_grid(grid, start);
+    let hit = nearest_hit(Ray(origin, 0.0, -outward, grid.cell * FACE_RAY_LENGTH));
+    if hit_is_miss(hit) {
+        return samples;
+    }
+    let found = surface_at(hit.triangle, hit.barycentrics);
+    let is_back = dot(found.geometric_normal, outward) < 0.0 && !found.double_sided;
+    if is_back && grid.n_faces == 1u {
+        // One value serves both sides of a sheet: that of its front.
+        return samples;
+    }
+    let surface = seen_from(found, -outward);
+
+    // The bounce first: it may show that the point is shut in.
+    var path = FacePath(surface, vec3<f32>(0.0), vec3<f32>(1.0));
+    var direct = vec3<f32>(0.0);
+    var indirect = vec3<f32>(0.0);
+    // (Without reflections, one ray finds emitters and the sky, and what is shut in.)
+    for (var bounce = 0u; bounce < max(settings.n_bounces, 1u); bounce++) {
+        let seed = select(pcg(hash.y + bounce), hash.y, bounce == 0u);
+        let local = sample_cosine_hemisphere(sobol_owen(sample_ix, seed));
+        path.direction = frame_from_normal(path.at.shading_normal) * local;
+        if dot(path.direction, path.at.geometric_normal) <= 0.0 {
+            break;
+        }
+        let from_here = offset_ray_origin(
+            path.at.position,
+            path.at.position_error,
+            path.at.geometric_normal,
+            path.direction,
+        );
+        let far = nearest_hit(Ray(from_here, 0.0, path.direction, FLOAT_MAX));
+        let pdf = local.z * INV_PI;
+        if hit_is_miss(far) {
+            // (Farther along, the sky is among the direct light of what was met.)
+            if bounce == 0u {
+                let light_pdf = pdf_of_sky(path.direction);
+                direct = PI * power_heuristic(pdf, light_pdf) * sky_radiance(path.direction);
+            }
+            break;
+        }
+        let there = surface_at(far.triangle, far.barycentrics);
+        let met = seen_from(there, path.direction);
+        if bounce == 0u {
+            let from_behind = dot(there.geometric_normal, path.direction) > 0.0;
+            if from_behind && !there.double_sided && far.t < SHUT_IN_CELLS * grid.cell {
+                return samples;
+            }
+            if any(met.emission > vec3<f32>(0.0)) {
+                let light_pdf = pdf_of_emitter(far.triangle, path.direction, far.t);
+                direct = PI * power_heuristic(pdf, light_pdf) * met.emission;
+            }
+        }
+        if settings.n_bounces == 0u {
+            break;
+        }
+        path.throughput *= albedo_towards(met, -path.direction);
+        indirect += path.throughput * irradiance_at(met.position, met.shading_normal, LOOKUP_VALID);
+        path.at = met;
+    }
+    if settings.finds_direct {
+        let choice = random_vec4(hash.yz, sample_ix, 0u).xw;
+        let place_on_light = sobol_owen(sample_ix, hash.z);
+        direct += visible_irradiance(surface, vec4<f32>(choice.x, place_on_light, choice.y));
+    }
+    samples.n_hits += 1.0;
+    samples.depth += depth_below_face(hit.t / grid.cell);
+    samples.n_wall_hits += select(0.0, 1.0, abs(dot(found.geometric_normal, outward)) >= WALL_COSINE);
+    if all_finite(direct) && all_finite(indirect) {
+        samples.direct += direct;
+        samples.indirect += indirect;
+    } else {
+        samples.n_rejected += 1u;
+    }
+    return samples;
+}
+
+/// Irradiance by one drawn light [W·m⁻²], weighed against the chance that a cosine-distributed ray finds it; seen as
+/// `scene::visibility` tells. `u`: uniform in [0, 1)⁴.
+fn visible_irradiance(surface: Surface, u: vec4<f32>) -> vec3<f32> {
+    let light = sample_light(surface.position, u);
+    let found = irradiance_of_light(
+        light.direction,
+        light.weight,
+        light.pdf,
+        surface.shading_normal,
+        surface.geometric_normal,
+    );
+    if !found.may_arrive {
+        return found.light;
+    }
+    let visible = light_visibility(
+        light,
+        surface.position,
+        surface.position_error,
+        surface.geometric_normal,
+        solid_angle_of_sample(light.pdf),
+    );
+    if visible == 0.0 {
+        return vec3<f32>(0.0);
+    }
+    return visible * found.light * found.weight;
+}
+
+/// The share of the irradiance on a surface that it reflects towards a direction (unit length, away from it), as
+/// π · radiance / irradiance, in [0, 1].
+/// (What a cosine-distributed ray meets with irradiance E adds this · E to the irradiance where it
+/// began: the cosine cancels with the density.)
+fn albedo_towards(surface: Surface, direction: vec3<f32>) -> vec3<f32> {
+    if surface.lambert {
+        return surface.base_color;
+    }
+    let material = metallic_roughness(surface.base_color, surface.metallic, surface.roughness);
+    return directional_albedo(material, abs(dot(direction, surface.shading_normal)));
+}

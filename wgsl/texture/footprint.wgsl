@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! How far a sample reaches on a texture, and which mip that is.
+//!
+//! A footprint on a triangle is how much the weights of its second and third corner change to the next sample: xy to the right,
+//! zw down. Coordinates are linear in the weights, so it is the footprint on every texture of the triangle, too.
+#define_import_path lucerna::texture::footprint
+
+#import lucerna::math::vector::safe_normalize
+
+/// Level of detail: log₂ of the texels that a sample covers along its longer side, not below 0
+/// (OpenGL 4.6 §8.14: ρ = max(|∂/∂x|, |∂/∂y|)).
+///
+/// `texels_x`, `texels_y`: how many texels it is to the next sample, right and down.
+fn texture_level(texels_x: vec2<f32>, texels_y: vec2<f32>) -> f32 {
+    let square = max(dot(texels_x, texels_x), dot(texels_y, texels_y));
+    return select(0.0, 0.5 * log2(square), square > 1.0);
+}
+
+/// The footprint of a square of this width [m] on a triangle with the edges `to_b` = b − a and `to_c` = c − a [m]: with N = e₁ × e₂, a
+/// step d changes the weights by ((d × e₂)·N, (e₁ × d)·N)/N². Zeros for a triangle without area.
+fn footprint_of_width(to_b: vec3<f32>, to_c: vec3<f32>, width: f32) -> vec4<f32> {
+    let normal = cross(to_b, to_c);
+    let square = dot(normal, normal);
+    let along = safe_normalize(to_b, vec3<f32>(0.0)) * width;
+    let across = safe_normalize(cross(normal, to_b), vec3<f32>(0.0)) * width;
+    if !(square > 0.0) {
+        return vec4<f32>(0.0);
+    }
+    return vec4<f32>(
+        dot(cross(along, to_c), normal),
+        dot(cross(to_b, along), normal),
+        dot(cross(across, to_c), normal),
+        dot(cross(to_b, across), normal),
+    ) / square;
+}
