@@ -124,7 +124,7 @@ pub struct ComputeRecorder<'r> {
     pub(super) uniforms: &'r mut Uniforms,
 }
 
-/// A render pass that is being recorded; see [`RenderKernel::call`](super::RenderKernel::call).
+/// A render pass that is being recorded; see [`RenderKernel`](super::RenderKernel).
 pub struct RenderRecorder<'r> {
     pub(super) pass: wgpu::RenderPass<'r>,
     pub(super) gpu: &'r Gpu,

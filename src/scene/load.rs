@@ -151,13 +151,13 @@ fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, ErrorKind> {
     }
 }
 
+/// A format's loader: of bytes, in a folder.
+#[cfg(any(feature = "gltf", feature = "obj"))]
+type Loader = fn(&[u8], Option<&Path>, &LoadLimits, Budget) -> Result<Loaded, ErrorKind>;
+
 /// Reads the file for one of the formats.
 #[cfg(any(feature = "gltf", feature = "obj"))]
-fn read(
-    path: &Path,
-    limits: &LoadLimits,
-    load: fn(&[u8], Option<&Path>, &LoadLimits, Budget) -> Result<Loaded, ErrorKind>,
-) -> Result<Loaded, ErrorKind> {
+fn read(path: &Path, limits: &LoadLimits, load: Loader) -> Result<Loaded, ErrorKind> {
     let mut budget = Budget::new(limits);
     let bytes = super::resource::read_file(path, &mut budget)?;
     let folder = match path.parent() {

@@ -34,7 +34,7 @@
 //! # Golden vectors
 //!
 //! Where the environment variable `LUCERNA_GOLDEN` names a folder, each call of [`map`] leaves a JSON file there: the WGSL,
-//! its inputs and outputs as words and as numbers, and, where [`assert_near`] follows, what was expected and how near. So
+//! its inputs and outputs as words and as numbers (of many, some at equal distances), and, where [`assert_near`] follows, what was expected and how near. So
 //! modules can be tested in another language against what lucerna's tests give.
 
 mod golden;
