@@ -423,7 +423,7 @@ fn with_modules(modules: &[(&str, &str)]) -> Harness {
     for &(path, text) in modules {
         assert!(library.get(path).is_some(), "{path} replaces nothing");
         library.insert(Source {
-            import_path: path.to_owned().into(),
+            import_path: path.to_owned(),
             file: "stranger.wgsl".into(),
             text: format!("#define_import_path {path}\n{text}").into(),
         });
