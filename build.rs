@@ -44,10 +44,29 @@ fn main() -> Result<(), Box<dyn Error>> {
             process::exit(1);
         }
     };
+    copy_tree(&root.join("wgsl"), &out.join(shader::ROOT))?;
     #[cfg(feature = "gpu")]
     bindings::generate(&tree, &root.join("wgsl"), &out)?;
     fs::write(out.join("modules.rs"), modules_table(&tree, &root)?)?;
     fs::write(out.join("kernels.rs"), kernels_table(&tree, &root, &out)?)?;
+    Ok(())
+}
+
+/// Makes the folder `to` a copy of `from`.
+fn copy_tree(from: &Path, to: &Path) -> Result<(), Box<dyn Error>> {
+    if to.exists() {
+        fs::remove_dir_all(to)?;
+    }
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let target = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            copy_tree(&entry.path(), &target)?;
+        } else {
+            fs::copy(entry.path(), target)?;
+        }
+    }
     Ok(())
 }
 

@@ -41,8 +41,12 @@ fn data_of(item: Item, path: &[String], tree: &CheckedTree) -> Option<Item> {
             document(&mut of.attrs, text, &head);
             let inside = text.find(&head).map_or("", |at| &text[at..]);
             for field in &mut of.fields {
-                let head = format!("{}:", field.ident.as_ref()?);
-                document(&mut field.attrs, inside, &head);
+                let name = field.ident.as_ref()?.to_string();
+                document(&mut field.attrs, inside, &format!("{name}:"));
+                // Padding is nobody's business outside.
+                if name.starts_with("reserved") {
+                    field.vis = syn::parse_quote! { pub(crate) };
+                }
             }
             Some(Item::Struct(of))
         }
@@ -103,10 +107,7 @@ const HOST_STRUCTS_KERNEL: &str = "host_structs";
 /// group 0: such gaps get a binding that nobody uses, in the copy alone.
 fn stage(tree: &CheckedTree, wgsl: &Path, out: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let staged = out.join("staged");
-    if staged.exists() {
-        fs::remove_dir_all(&staged)?;
-    }
-    copy_tree(wgsl, &staged)?;
+    super::copy_tree(wgsl, &staged)?;
     let filled = |groups: BTreeSet<u32>| -> String {
         let last = groups.last().copied().unwrap_or(0);
         (0..last)
@@ -144,20 +145,6 @@ fn stage(tree: &CheckedTree, wgsl: &Path, out: &Path) -> Result<PathBuf, Box<dyn
 /// Kernels as the tree stands.
 fn baseline(tree: &CheckedTree) -> impl Iterator<Item = &CheckedKernel> {
     tree.kernels.iter().filter(|kernel| kernel.variant == Variant::BASELINE)
-}
-
-fn copy_tree(from: &Path, to: &Path) -> Result<(), Box<dyn Error>> {
-    fs::create_dir_all(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let target = to.join(entry.file_name());
-        if entry.file_type()?.is_dir() {
-            copy_tree(&entry.path(), &target)?;
-        } else {
-            fs::copy(entry.path(), target)?;
-        }
-    }
-    Ok(())
 }
 
 /// What wgsl_bindgen makes of it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A renderer's own frame loop: its encoder, its submissions, `voxel-rt` for indirect light.
 //!
 //! `cargo run --example realtime_frames [OUT.png]`; the file is `realtime_frames.png` in the system's

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Renders the Cornell box with the reference path tracer into a PNG file.
 //!
 //! `cargo run --example render_cornell [OUT.png]`; the file is `render_cornell.png` in the system's

@@ -1,33 +1,35 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! lucerna: real-time global illumination as WGSL modules with generated host bindings.
 //!
 //! The algorithms are WGSL files under `wgsl/`. The build script checks them, composes each kernel,
-//! and generates the Rust side of their structs, constants and bindings. Today there is one
-//! technique, the reference path tracer; the real-time techniques are to come.
+//! and generates the Rust side of their structs and constants.
 //!
 //! # Where is what
 //!
 //! | to … | look at |
 //! |---|---|
-//! | take WGSL into a renderer of one's own | [`modules()`], [`kernels`], [`library`], [`shader`] |
-//! | open a device, or wrap one that is there | [`gpu`] |
+//! | take WGSL into a renderer of one's own | [`modules()`], [`kernels`], [`WGSL_DIR`], [`library`], [`shader`] |
+//! | open a device, or wrap one that is there; call kernels | [`gpu`] |
 //! | load a glTF or OBJ file, or put a scene together | [`scene`] |
 //! | bring a scene to the GPU: bind group 0 of every kernel | [`gpu_scene`] |
+//! | put a scene of one's own behind the techniques | [`seam`] |
 //! | render frames: G-buffer, direct light, a technique's indirect light | [`frame`] |
-//! | trace paths | [`reference`](mod@reference) |
+//! | trace paths | [`techniques::reference`] |
+//! | light indirectly by voxels | [`techniques::voxel_rt`], [`techniques::voxel_cone`] |
+//! | build a technique | [`techniques`], [`components`] |
 //! | trace many rays at once | [`rays`] |
-//! | voxelize a scene | [`voxel`] |
-//! | indirect light by ray-traced voxels | [`voxel_rt`] |
 //! | read and write PNG, EXR and HDR | [`picture`] |
-//! | reach the generated structs and layouts | [`bindings`] |
-//! | wait for the GPU (feature `cli`) | `blocking` |
-//! | measure how far two pictures differ (feature `cli`) | `compare` |
+//! | wait for the GPU | [`blocking`] |
+//! | measure how far two pictures differ | [`compare`] |
+//! | test WGSL by numbers | [`testing`] |
 //!
 //! # A picture
 //!
 //! ```
-//! # #[cfg(feature = "cli")]
+//! # #[cfg(all(feature = "gltf", feature = "vulkan"))]
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! use lucerna::{blocking, gpu::AdapterChoice, gpu_scene::GpuScene, scene::Scene};
+//! use lucerna::settings;
 //! use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 //!
 //! let file = "fixtures/scenes/cornell_original/cornell_original.gltf";
@@ -35,8 +37,7 @@
 //! let (gpu, _adapter) = blocking::open(&AdapterChoice::Auto)?;
 //! let gpu_scene = GpuScene::new(&gpu, &scene, Default::default())?;
 //! let size = glam::UVec2::new(32, 32);
-//! let settings =
-//!     ReferenceSettings { size, n_bounces: 4, seed: 0, irradiance: false, occlusion_distance: 0.0 };
+//! let settings = settings!(ReferenceSettings { size, n_bounces: 4 });
 //! let (sums, _) = blocking::render_reference(
 //!     &gpu, &gpu_scene, &scene.cameras[0], &settings, 4, |_progress| true,
 //! )?;
@@ -44,13 +45,13 @@
 //! assert_eq!(picture.rgb.len(), 32 * 32);
 //! # Ok(())
 //! # }
-//! # #[cfg(not(feature = "cli"))]
+//! # #[cfg(not(all(feature = "gltf", feature = "vulkan")))]
 //! # fn main() {}
 //! ```
 //!
 //! `blocking` is for programs: it opens a device and waits for it. A renderer gives its own device
-//! to [`gpu::Gpu::new`] and records [`reference::PathTracer::record`] or [`rays::RayKernel::record`]
-//! into its own encoder. Nothing outside `blocking` submits work or waits.
+//! to [`gpu::Gpu::new`] and records [`techniques::reference::PathTracer::record`] or
+//! [`rays::RayKernel::record`] into its own encoder. Nothing outside `blocking` submits work or waits.
 //!
 //! # Conventions
 //!
@@ -65,7 +66,23 @@
 //!
 //! # Features
 //!
-//! `cli`, on by default: the program `lucerna`, and the modules `blocking` and `compare`.
+//! | feature | what it brings |
+//! |---|---|
+//! | `gpu` (on by default) | everything on wgpu, which comes without a backend: scenes on the GPU, frames, components, techniques |
+//! | `vulkan`, `metal`, `dx12`, `webgpu` | a backend of wgpu; of no use where the program enables wgpu's own |
+//! | `compose` | composing at run time: kernels and modules of one's own, hardware ray queries, [`naga`] |
+//! | `gltf`, `obj` | scene files, for [`scene::Scene::load`] |
+//! | `png`, `jpeg`, `exr` | image files, for [`picture`] and scenes' textures; Radiance HDR is always there |
+//! | `compare` | how far two pictures are from each other; its FLIP needs a C++ compiler |
+//! | `testing` | WGSL functions by numbers |
+//!
+//! Without any there are [`modules()`], [`kernels`], [`WGSL_DIR`], [`scene`], [`picture`] and what of [`shader`] describes kernels.
+//!
+//! # What is promised
+//!
+//! Everything public, and the modules' import paths, functions and structs; [`bindings`] is not: it is what the build makes of
+//! the WGSL. Types of [`glam`], [`wgpu`] and [`naga`] are part of the interface; a new major version of those is one of this
+//! crate.
 
 #[cfg(feature = "gpu")]
 #[doc(hidden)]

@@ -48,9 +48,25 @@ pub struct Kernel {
     pub interface: Interface,
 }
 
-/// The folder of the WGSL in the crate's sources, for build scripts: `wgsl/sh/basis.wgsl` is `lucerna::sh::basis`, as
-/// naga_oil and wgsl_bindgen expect it.
-pub const WGSL_DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/wgsl");
+/// A folder called `lucerna` that holds the WGSL as files, for build scripts: `lucerna::sh::basis` is
+/// `{WGSL_DIR}/sh/basis.wgsl`, where naga_oil's and wgsl_bindgen's users look for it:
+///
+/// ```no_run
+/// # use wgsl_bindgen::WgslBindgenOptionBuilder;
+/// // build.rs, with `lucerna = { version = "…", default-features = false }` under [build-dependencies]
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let mut options = WgslBindgenOptionBuilder::default();
+/// options
+///     .workspace_root("shaders")
+///     .add_entry_point("shaders/sky.wgsl") // with `#import lucerna::color::srgb::linear_from_srgb`
+///     .additional_scan_dir((Some("lucerna"), lucerna::WGSL_DIR))
+///     .ir_capabilities(naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32)
+///     .output("src/shaders.rs");
+/// options.build()?.generate()?;
+/// # Ok(())
+/// # }
+/// ```
+pub const WGSL_DIR: &str = concat!(env!("OUT_DIR"), "/lucerna");
 
 const fn variant_of(bytes: [u8; 8]) -> Variant {
     match Variant::from_bytes(bytes) {

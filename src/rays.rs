@@ -6,8 +6,8 @@ use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
 use crate::seam::{SceneMismatch, SceneSeam, check_shaders};
 use glam::UVec3;
 
-pub use crate::bindings::lucerna::scene::data::NONE;
-pub use crate::bindings::lucerna::scene::rays::{Hit, Ray};
+pub use crate::bindings::lucerna::scene::types::NONE;
+pub use crate::bindings::lucerna::scene::types::{Hit, Ray};
 pub use any_hit::ANY_HIT_UNKNOWN;
 pub use nearest_hit::NEAREST_HIT_UNKNOWN;
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How far long work has come: a bar on a terminal, plain lines otherwise.
 
 use indicatif::{ProgressBar, ProgressStyle};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The scene, camera, light, size and adapter flags that several commands share.
 
 use clap::Args;

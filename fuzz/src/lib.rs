@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The scene loader, and what every fuzz target checks of it.
 
-// Compiled from its source rather than taken from the crate: the crate brings a GPU stack along,
-// which would multiply the time to build with sanitizers.
-#[path = "../../src/scene/mod.rs"]
-pub mod scene;
+pub use lucerna::scene;
 
 use scene::{LoadLimits, Loaded, SceneError};
 

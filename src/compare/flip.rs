@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! FLIP, by NVIDIA's own code (crate `nv-flip`).
 
 use glam::Vec3;

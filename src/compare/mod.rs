@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How far a picture is from a reference: mean ratio, MSE, RMSE, PSNR, SSIM, CIE lightness, FLIP.
 //!
 //! [`compare`] takes two linear [`Picture`]s of one size and gives a [`Comparison`]; each number's

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Structural similarity (Wang et al. 2004, equations 13 to 17), row by row.
 
 use std::collections::VecDeque;

@@ -35,6 +35,7 @@ use crate::seam::{SceneMismatch, SceneSeam};
 use crate::techniques::{Technique, TechniqueError};
 use glam::UVec2;
 
+pub use crate::bindings::lucerna::camera::primary_ray::Camera as ShaderCamera;
 pub use crate::bindings::lucerna::frame::view::FrameView;
 pub use composite::{Accumulator, CompositePass};
 pub use direct::{DirectPass, DirectSettings};

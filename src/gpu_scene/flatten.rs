@@ -3,6 +3,7 @@
 
 use super::atlas::{Atlas, Encoding};
 use crate::bindings::lucerna::scene::data as wgsl;
+use crate::rays::NONE;
 use crate::scene::{AlphaMode, Material, Scene, TextureRef};
 use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
 
@@ -107,7 +108,7 @@ impl WorldTriangles {
                     material: material as u32,
                     corner_c,
                     // Once the light table is made.
-                    light: wgsl::NONE,
+                    light: NONE,
                 }
             })
             .collect()

@@ -2,6 +2,7 @@
 //! The list from which kernels draw lights: punctual lights, emissive triangles, the sky.
 
 use crate::bindings::lucerna::scene::data as wgsl;
+use crate::rays::NONE;
 use crate::scene::{Light, Material, Scene, Texture};
 use crate::seam::LightPeak;
 use glam::Vec3;
@@ -99,7 +100,7 @@ impl LightTable {
                 peaks.push(LightPeak::new(area * material.largest, 0.0));
             }
         }
-        let mut sky_ix = wgsl::NONE;
+        let mut sky_ix = NONE;
         if sky.mean_luminance > 0.0 {
             sky_ix = entries.len() as u32;
             entries.push(wgsl::Light { kind: wgsl::LIGHT_SKY, ..NO_LIGHT });
@@ -152,14 +153,14 @@ impl LightTable {
 
     /// How many a ray can hit: emissive triangles and the sky.
     pub fn n_hittable(&self) -> u32 {
-        self.by_triangle.len() as u32 + u32::from(self.sky != wgsl::NONE)
+        self.by_triangle.len() as u32 + u32::from(self.sky != NONE)
     }
 
     /// Index of the triangle's light, or NONE.
     pub fn of_triangle(&self, triangle: usize) -> u32 {
         self.by_triangle
             .binary_search_by_key(&triangle, |&(ix, _)| ix)
-            .map_or(wgsl::NONE, |at| self.by_triangle[at].1)
+            .map_or(NONE, |at| self.by_triangle[at].1)
     }
 }
 
@@ -174,7 +175,7 @@ const NO_LIGHT: wgsl::Light = wgsl::Light {
     position: Vec3::ZERO,
     kind: 0,
     direction: Vec3::Y,
-    triangle: wgsl::NONE,
+    triangle: NONE,
     intensity: Vec3::ZERO,
     range: 0.0,
     spot_scale: 0.0,

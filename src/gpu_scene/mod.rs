@@ -13,6 +13,7 @@ use crate::bindings::lucerna::scene::data::{
     self as wgsl, MATERIAL_TEXELS, MATERIALS_PER_ROW, SceneInfo,
 };
 use crate::gpu::{Bindings, Gpu, GpuError, Recorder, SceneGroup, Shaders};
+use crate::rays::NONE;
 use crate::scene::{Light, Material, Scene, Sky};
 use crate::seam::{Change, PunctualLight, Revisions, SceneFacts, SceneSeam, Surroundings};
 use crate::shader::{NO_TEXTURES, RAY_QUERY, Variant};
@@ -21,6 +22,7 @@ use glam::Vec3;
 use lights::{LightTable, MaterialEmission, SkyLight};
 use wgpu::util::DeviceExt;
 
+pub use crate::bindings::lucerna::scene::rays::BvhNode;
 pub use bvh::{Bvh, STACK_SIZE, build_obvhs};
 pub use flatten::WorldTriangles;
 
@@ -262,7 +264,7 @@ impl GpuScene {
                 sky_radiance: Vec3::ZERO,
                 sky_has_image: 0,
                 sky_size: sky.size,
-                sky_light: wgsl::NONE,
+                sky_light: NONE,
                 diffuse_only: u32::from(options.diffuse_only),
                 n_hittable_lights: 0,
                 n_punctual_lights: 0,

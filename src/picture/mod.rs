@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Image files: linear pictures read from PNG, JPEG, Radiance HDR and OpenEXR, and written to PNG,
 //! Radiance HDR and OpenEXR.
 //!

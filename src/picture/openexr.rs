@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! OpenEXR, flat RGB or luminance.
 
 use std::io::{self, BufWriter, Cursor, Write};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Radiance HDR (RGBE): Ward, "Real Pixels", Graphics Gems II (1991), and the file format as the
 //! Radiance manual's "File Formats" describes it.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The sRGB transfer function (IEC 61966-2-1:1999, with the constants as printed there).
 //!
 //! *Linear* is proportional to light, *encoded* is what an 8- or 16-bit file stores over its largest

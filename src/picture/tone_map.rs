@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tone maps for pictures that go to a display.
 
 use glam::Vec3;

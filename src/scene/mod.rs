@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scenes as the host sees them: meshes, instances, materials, textures, lights, cameras, sky.
 //!
 //! A [`Scene`] is plain data in world units (metres, right-handed, +Y up, linear Rec. 709). It is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Image files: transfer functions, round trips, formats of others, damaged and lying files, whole-file writing.
 
 use std::io::Write as _;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Comparison numbers against scikit-image, numpy and NVIDIA's FLIP, and against closed forms.
 
 use glam::Vec3;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Direct light against closed forms and against the path tracer.
 
 use crate::support::{

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The G-buffer against rays through the points that a frame samples, in f64.
 
 use crate::harness::{Random, map_with};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The frame that techniques share: its G-buffer against rays in f64, its direct light against closed
 //! forms and the path tracer.
 

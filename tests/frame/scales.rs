@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What is smaller than a pixel, nearer than a centimetre, brighter or dimmer than 16-bit floats hold, or more than a driver
 //! loops.
 

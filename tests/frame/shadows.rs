@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Shadow maps against rays and closed forms.
 
 use crate::harness::gpu;

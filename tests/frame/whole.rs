@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Frames as a whole: rendering helpers, repeatability, empty scenes, what is not finite, sums.
 
 use crate::harness::{gpu, read, submit};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Cones: the medium that voxels are, sets of cones, prefiltering, and tracing.
 
 use crate::harness::{Random, gpu, map, read, storage, submit};

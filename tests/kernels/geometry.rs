@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/geometry`.
 
 use crate::harness::{Random, map, map_with, storage};

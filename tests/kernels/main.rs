@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Every WGSL module and kernel against oracles in f64.
 
 mod bsdf;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The scene seam's rays: both implementations against a brute-force oracle and each other.
 
 use crate::harness::{Random, gpu, ray_query_gpu, read, storage, submit};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Prefix sums against the CPU.
 
 use crate::harness::{Random, gpu, read, storage, submit};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a material's texture holds at a point, in f64.
 
 use glam::{DVec2, DVec4, Vec2};

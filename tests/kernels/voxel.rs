@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/voxel/{grid,bricks,lookup}.wgsl` and `wgsl/components/voxel_light/cache.wgsl`.
 
 use crate::harness::{Random, map};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What voxels look like, against clipping in f64.
 
 use crate::harness::{Random, gpu, map, read, submit};

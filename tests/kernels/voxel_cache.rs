@@ -1,16 +1,17 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The kernels that go over the records of `voxel-rt`'s cache: carry, walls, publish.
 
 use crate::harness::{Random, gpu, read, submit};
 use bytemuck::Zeroable;
 use glam::{IVec3, UVec3, Vec3};
-use lucerna::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
 use lucerna::components::voxel_light::{
-    CacheBuffers, CarryInfo, CarryPass, FaceLight, PublishInfo, PublishPass, WallsInfo, WallsPass,
-    sparse_grid,
+    CacheBuffers, CarryInfo, CarryPass, FaceLight, PublishInfo, PublishPass, VoxelLevel,
+    VoxelLevels, WallsInfo, WallsPass, sparse_grid,
 };
 use lucerna::components::voxels::{RECORD_GROUPS_OFFSET, VOXEL_GROUPS_OFFSET};
 use lucerna::components::voxels::{VoxelCounts, VoxelGrid};
 use lucerna::gpu::{ComputeRecorder, Dispatch};
+use lucerna::settings;
 use std::collections::HashMap;
 
 /// Two levels, of which the second one is looked at: everything of it stands behind the first one's.
@@ -55,14 +56,14 @@ impl Rig {
         let (first_word, first_record) = (other_words.len(), (other.capacity * n_faces) as usize);
         let mut layout = VoxelLevels::zeroed();
         layout.n_levels = 2;
-        let level = VoxelLevel { grid: other, ..Zeroable::zeroed() };
+        let level = settings!(VoxelLevel { grid: other, ..Zeroable::zeroed() });
         layout.levels[0] = level;
-        layout.levels[1] = VoxelLevel {
+        layout.levels[1] = settings!(VoxelLevel {
             grid,
             first_brick: first_word as u32,
             first_record: first_record as u32,
             ..Zeroable::zeroed()
-        };
+        });
         let n_slots = words.len() - n_bricks;
         let n_records = first_record + n_slots * n_faces as usize;
         let lights: Vec<_> = (0..n_records).map(|_| record(random)).collect();
@@ -70,13 +71,13 @@ impl Rig {
             CacheBuffers::new(gpu(), &layout, (first_word + words.len()) as u32, n_records as u32)
                 .unwrap();
         let all_words = [other_words, words].concat();
-        let counts = VoxelCounts {
+        let counts = settings!(VoxelCounts {
             n_voxels: n_slots as u32,
             n_records: n_slots as u32 * n_faces,
             voxel_groups: UVec3::new((n_slots as u32).div_ceil(64), 1, 1),
             record_groups: UVec3::new((n_slots as u32 * n_faces).div_ceil(64), 1, 1),
             ..Zeroable::zeroed()
-        };
+        });
         let queue = &gpu().queue;
         queue.write_buffer(&buffers.structure, 0, bytemuck::cast_slice(&all_words));
         queue.write_buffer(&buffers.lights, 0, bytemuck::cast_slice(&lights));
@@ -145,7 +146,8 @@ fn publishes(n_faces: u32) {
     let words = rig.words();
     let light_rays = 150.0f32;
     for feedback in [0, 1] {
-        let info = PublishInfo { level: LEVEL, feedback, light_rays, reserved: 0 };
+        let info =
+            settings!(PublishInfo { level: LEVEL, feedback, light_rays, ..Zeroable::zeroed() });
         rig.run(|pass| publish.record(pass, &rig.buffers, &info, rig.records()));
         let reflected: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(&rig.buffers.reflected));
         let shown: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(&rig.buffers.shown));
@@ -308,7 +310,7 @@ fn walls_and_rejected_samples_are_noted() {
         };
         let rig = Rig::new(&mut random, n_faces, record, |_| 0x3ffff);
         let walls = WallsPass::new(gpu());
-        let info = WallsInfo { level: LEVEL, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
+        let info = settings!(WallsInfo { level: LEVEL, ..Zeroable::zeroed() });
         rig.run(|pass| walls.record(pass, &rig.buffers, &info, rig.slots()));
         let words = rig.words();
         assert_eq!(cells_of(&words), rig.cells);
@@ -330,7 +332,7 @@ fn walls_and_rejected_samples_are_noted() {
 /// buffer it is and what to do.
 #[test]
 fn more_records_than_a_binding_holds_are_refused() {
-    let layout = VoxelLevels { n_levels: 1, ..Zeroable::zeroed() };
+    let layout = settings!(VoxelLevels { n_levels: 1, ..Zeroable::zeroed() });
     let limits = gpu().device.limits();
     let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let most = (limit / size_of::<FaceLight>() as u64) as u32;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Write strategies and the injection of irradiance into voxels.
 
 use crate::harness::{Random, gpu, map, read, storage, submit};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The voxelizer against separating axes in f64, and what it promises of its structure.
 
 use crate::harness::{Random, gpu, map, read, submit};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Albedo, normal and depth against closed forms.
 
 use crate::support::{

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Meshes that are legal and unusual.
 
 use crate::harness::gpu;

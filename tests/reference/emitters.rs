@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Surfaces that shine, and masks that cast shadows.
 
 use crate::harness::ray_query_gpu;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! glTF materials under a white sky: a convex surface shows its directional albedo.
 
 use crate::support::{batches, look_down, on_gpu, quad, render, scene, settings};

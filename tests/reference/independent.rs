@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The Cornell box against pictures from another path tracer.
 
 use crate::harness::ray_query_gpu;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Drivers that end loops early (Mesa 22's llvmpipe: after 65 535 iterations an invocation) cost no sample and no ray.
 
 use crate::harness::gpu;

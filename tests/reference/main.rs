@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The path tracer against closed forms, quadrature in f64, and another renderer's pictures.
 
 mod channels;

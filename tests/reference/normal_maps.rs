@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Normal maps, by the irradiance of a directional light: E·max(0, n·l).
 
 use crate::support::{add_texture, floor, look_down, on_gpu, render, scene, settings};

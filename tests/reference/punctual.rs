@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Point, spot and directional lights over a plane: L = ρ/π · I·cosθ/d² at every pixel.
 
 use crate::support::{batches, diffuse, floor, lambert, look_down, over_pixels, scene, settings};

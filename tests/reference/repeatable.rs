@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Same input, same bytes; and what is not finite stays out of the picture.
 
 use crate::harness::ray_query_gpu;

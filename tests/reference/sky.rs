@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Skies over a plane, and seen directly.
 
 use crate::support::{

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Small scenes, pictures of them with their statistical error, and the comparison.
 
 use crate::harness::{gpu, read, submit};

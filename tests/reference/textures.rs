@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Material textures through the albedo channel, one sample a pixel, against bilinear filtering in f64.
 
 use crate::harness::Random;

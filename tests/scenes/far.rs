@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scenes far from their origin: the same as near it, but for `Scene::origin`.
 
 use crate::builder::Builder;

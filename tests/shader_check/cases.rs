@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Trees with one fault each: what the check must say, and what repairs it.
 
 use lucerna::shader::Rule::{self, *};

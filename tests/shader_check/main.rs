@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The check that the build runs over `wgsl/`: every fault is refused, at its place, and for that
 //! fault alone.
 

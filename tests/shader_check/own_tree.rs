@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The crate's own WGSL: it passes, the crate hands out what the files hold, and every file says
 //! what it is.
 
@@ -11,24 +12,30 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
 }
 
-/// Every WGSL file as `wgsl/…`, with its text.
-fn files() -> Vec<(String, String)> {
-    fn walk(folder: &Path, out: &mut Vec<(String, String)>) {
+/// Every file of the folder as `wgsl/…`, in order.
+fn files_in(folder: &str) -> Vec<String> {
+    fn walk(folder: &Path, out: &mut Vec<String>) {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 walk(&path, out);
-            } else if path.extension().is_some_and(|ending| ending == "wgsl") {
+            } else {
                 let name = path.strip_prefix(root()).unwrap().components();
                 let name: Vec<_> = name.map(|c| c.as_os_str().to_str().unwrap()).collect();
-                out.push((name.join("/"), fs::read_to_string(&path).unwrap()));
+                out.push(name.join("/"));
             }
         }
     }
     let mut out = Vec::new();
-    walk(&root().join("wgsl"), &mut out);
+    walk(&root().join(folder), &mut out);
     out.sort();
     out
+}
+
+/// Every WGSL file with its text.
+fn files() -> Vec<(String, String)> {
+    let files = files_in("wgsl").into_iter().filter(|file| file.ends_with(".wgsl"));
+    files.map(|file| (file.clone(), fs::read_to_string(root().join(file)).unwrap())).collect()
 }
 
 fn is_kernel(file: &str) -> bool {
@@ -109,14 +116,55 @@ fn modules_and_kernels_are_the_files() {
 }
 
 #[test]
-fn every_file_has_a_licence_and_a_purpose() {
+fn every_source_has_a_licence() {
+    const LICENCE: &str = "SPDX-License-Identifier: MIT OR Apache-2.0";
+    // Places in these are tested, and they are nobody's source.
+    const WITHOUT: &str = "fixtures/broken_wgsl/";
+    let folders = [
+        ".ci",
+        "build",
+        "cli/src",
+        "cli/tests",
+        "examples",
+        "fixtures",
+        "fuzz/fuzz_targets",
+        "fuzz/src",
+        "scripts",
+        "src",
+        "tests",
+        "wgsl",
+    ];
+    let mut n = 0;
+    let mut wrong = Vec::new();
+    let single = ["build.rs", "fuzz/seed.py"].map(str::to_owned);
+    for file in folders.iter().flat_map(|folder| files_in(folder)).chain(single) {
+        let ending = Path::new(&file).extension().and_then(|ending| ending.to_str());
+        let mark = match ending {
+            Some("rs" | "wgsl" | "mjs") => "//",
+            Some("py" | "sh") => "#",
+            None if file.starts_with("scripts/") || file.starts_with(".ci/") => "#",
+            _ => continue,
+        };
+        if file.starts_with(WITHOUT) {
+            continue;
+        }
+        n += 1;
+        let text = fs::read_to_string(root().join(&file)).unwrap();
+        // Behind `#!`, which is the first line where it stands.
+        let first = text.lines().find(|line| !line.starts_with("#!/"));
+        if first != Some(&format!("{mark} {LICENCE}")) {
+            wrong.push(file);
+        }
+    }
+    assert!(n > 250, "only {n} sources were found");
+    assert!(wrong.is_empty(), "no SPDX line in\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_module_has_a_purpose() {
     let mut wrong = Vec::new();
     for (file, text) in files() {
-        let mut lines = text.lines();
-        if lines.next() != Some("// SPDX-License-Identifier: MIT OR Apache-2.0") {
-            wrong.push(format!("{file}:1: no SPDX line"));
-        }
-        if !lines.next().is_some_and(|line| line.starts_with("//! ") && line.len() > 12) {
+        if !text.lines().nth(1).is_some_and(|line| line.starts_with("//! ") && line.len() > 12) {
             wrong.push(format!("{file}:2: no purpose (`//! …`)"));
         }
         let starts = ["//! Dispatch: ", "//! Draw: "];

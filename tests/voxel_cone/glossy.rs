@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What glossy surfaces mirror, against the path tracer.
 
 use crate::harness::gpu;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The technique `voxel-cone` as a whole: through pixels, against closed forms, the path tracer and itself.
 
 #[allow(dead_code)]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Direct light with other shadows than rays: of voxels by maps, of pixels by cones.
 
 use crate::harness::gpu;

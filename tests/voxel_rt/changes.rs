@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Lights and objects that change between frames: each change is a `GpuScene` built anew.
 
 use crate::session::{Session, camera, upload};

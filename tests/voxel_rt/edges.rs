@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a technique meets at the ends of its range.
 
 use crate::furnace::EMISSION;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The white furnace: a closed box whose walls reflect ρ and emit L_e; every point has the radiance
 //! L_e/(1 − ρ) in every direction.
 

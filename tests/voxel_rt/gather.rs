@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the kernel voxel_light/gather finds, face by face, against closed forms.
 
 use crate::harness::read;

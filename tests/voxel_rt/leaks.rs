@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A lit and a dark room with something between them: how much light leaks through.
 
 use crate::session::camera;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The technique `voxel-rt` as a whole: through pixels, against closed forms and against itself.
 
 #[allow(dead_code)]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Lights of any strength, and rooms that are small beside their scene. Shared with `voxel-cone`'s tests.
 
 use crate::harness::gpu;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Frames of a technique over scenes that may change between them.
 
 use crate::harness::{gpu, read, submit};

@@ -19,13 +19,14 @@
 #import lucerna::frame::gbuffer::GBufferSurface
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::light::next_event::reflected_of_light
-#import lucerna::scene::lights::{LightSample, sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
+#import lucerna::scene::lights::{sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
 #import lucerna::scene::lights::{sample_hittable_light, pdf_of_hittable_emitter, pdf_of_hittable_sky}
 #import lucerna::scene::lights::{n_punctual_lights, punctual_light}
-#import lucerna::scene::rays::{Ray, nearest_hit, hit_is_miss}
+#import lucerna::scene::rays::nearest_hit
 #import lucerna::scene::sky::sky_radiance
-#import lucerna::scene::surface::{surface_at, seen_from}
+#import lucerna::scene::surface::surface_at
 #import lucerna::scene::visibility::light_visibility
+#import lucerna::scene::types::{LightSample, Ray, hit_is_miss, seen_from}
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen

@@ -28,10 +28,11 @@
 #import lucerna::sampling::mis::{power_heuristic, solid_angle_of_sample}
 #import lucerna::sampling::pcg::{pcg, random_vec4}
 #import lucerna::scene::lights::{pdf_of_emitter, pdf_of_sky, sample_light}
-#import lucerna::scene::rays::{Ray, hit_is_miss, nearest_hit}
+#import lucerna::scene::rays::nearest_hit
 #import lucerna::scene::sky::sky_radiance
-#import lucerna::scene::surface::{Surface, seen_from, surface_at}
+#import lucerna::scene::surface::surface_at
 #import lucerna::scene::visibility::light_visibility
+#import lucerna::scene::types::{Ray, hit_is_miss, Surface, seen_from}
 
 /// A bounce that meets the back of a single-sided surface within so many cells was shut in: the point
 /// lies within something solid, or behind a wall's foot, where nobody sees it.

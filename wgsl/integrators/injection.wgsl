@@ -16,8 +16,9 @@
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::scene::light_rays::{extended_ray, punctual_ray}
 #import lucerna::scene::lights::punctual_light
-#import lucerna::scene::rays::{Ray, hit_is_miss, nearest_hit}
-#import lucerna::scene::surface::{Surface, seen_from, surface_at}
+#import lucerna::scene::rays::nearest_hit
+#import lucerna::scene::surface::surface_at
+#import lucerna::scene::types::{Ray, hit_is_miss, Surface, seen_from}
 
 /// A point that a ray has lit.
 struct LitPoint {

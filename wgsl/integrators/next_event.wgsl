@@ -10,7 +10,7 @@
 #import lucerna::light::next_event::{irradiance_of_light, reflected_of_light}
 #import lucerna::scene::lights::sample_light
 #import lucerna::scene::shadow_rays::light_is_hidden
-#import lucerna::scene::surface::Surface
+#import lucerna::scene::types::Surface
 
 /// rgb: what a surface reflects of one of the scene's lights, drawn, with a shadow ray [W·sr⁻¹·m⁻²]; a: the draw's weight against
 /// one sample of the surface's own. `world_from_local`: the frame of `scattering`; `u`: uniform in [0, 1)⁴.

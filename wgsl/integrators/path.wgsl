@@ -15,9 +15,10 @@
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::integrators::next_event::reflected_of_drawn_light
 #import lucerna::scene::lights::{pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
-#import lucerna::scene::rays::{Ray, nearest_hit, any_hit, hit_is_miss}
+#import lucerna::scene::rays::{nearest_hit, any_hit}
 #import lucerna::scene::sky::sky_radiance
-#import lucerna::scene::surface::{Surface, surface_at, seen_from}
+#import lucerna::scene::surface::surface_at
+#import lucerna::scene::types::{Ray, hit_is_miss, Surface, seen_from}
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::float::all_finite
 #import lucerna::math::frame::frame_from_normal

@@ -2,12 +2,9 @@
 //! Scene seam: the scene's data as lucerna keeps it, in bind group 0.
 //!
 //! A renderer with a scene of its own replaces the modules of `scene/` that kernels ask (`rays`, `triangles`,
-//! `surface`, `lights`, `light_rays`, `sky`) and need not have this one. Storage buffers: 3 here and 1 in
+//! `surface`, `lights`, `light_rays`, `sky`), keeps `types`, and need not have this one. Storage buffers: 3 here and 1 in
 //! `scene/rays`. (Materials are in a texture, so that a kernel has 4 storage buffers for itself.)
 #define_import_path lucerna::scene::data
-
-/// No light, no triangle.
-const NONE: u32 = 0xffffffffu;
 
 /// The triangle's material cuts parts away by alpha.
 const TRIANGLE_ALPHA_TESTED: u32 = 1u;

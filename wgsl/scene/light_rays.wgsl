@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scene seam: rays that leave lights.
 //!
-//! Interface: `LightRay`, `punctual_ray`, `extended_ray`. *Punctual* lights
+//! Interface: `punctual_ray`, `extended_ray`. *Punctual* lights
 //! are point, spot and directional, the first `scene.n_lights − scene.n_hittable_lights` entries;
 //! *extended* ones are emissive triangles and the sky.
 #define_import_path lucerna::scene::light_rays
@@ -11,6 +11,7 @@
 #import lucerna::scene::data::{scene, triangles, lights, material_at, MATERIAL_DOUBLE_SIDED}
 #import lucerna::scene::data::{LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE}
 #import lucerna::scene::sky::sample_sky
+#import lucerna::scene::types::LightRay
 #import lucerna::light::triangle::triangle_area_vector
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::math::vector::safe_normalize
@@ -19,14 +20,6 @@
 #import lucerna::sampling::hemisphere::sample_cosine_hemisphere
 #import lucerna::sampling::sphere::sample_uniform_sphere
 #import lucerna::sampling::triangle::sample_uniform_triangle
-
-/// Light under way.
-struct LightRay {
-    /// [m]
-    origin: vec3<f32>,
-    /// Along which light travels, unit length.
-    direction: vec3<f32>,
-}
 
 /// The ray of a punctual light. `u`: uniform in [0, 1)².
 ///

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scene seam: drawing a light, and the density with which one would have been drawn.
 //!
-//! Interface: `LightSample`, `ray_to_light`; of all lights: `sample_light`, `pdf_of_emitter`, `pdf_of_sky`,
+//! Interface; of all lights: `sample_light`, `pdf_of_emitter`, `pdf_of_sky`,
 //! `lights_can_be_hit`; of those that a ray can hit (emissive triangles and the sky) alone:
 //! `sample_hittable_light`, `pdf_of_hittable_emitter`, `pdf_of_hittable_sky`; of the others (point, spot,
 //! directional), one by one: `n_punctual_lights`, `punctual_light`. All densities are by solid angle
@@ -10,39 +10,14 @@
 
 #import lucerna::geometry::barycentric::interpolate_vec3
 #import lucerna::geometry::ray_offset::{interpolation_error, offset_ray_origin}
-#import lucerna::scene::rays::Ray
-#import lucerna::scene::data::{scene, triangles, lights, material_at, NONE, MATERIAL_DOUBLE_SIDED, TRIANGLE_ALPHA_TESTED}
+#import lucerna::scene::data::{scene, triangles, lights, material_at, MATERIAL_DOUBLE_SIDED, TRIANGLE_ALPHA_TESTED}
 #import lucerna::scene::data::{LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL, LIGHT_TRIANGLE, LIGHT_SKY}
 #import lucerna::scene::sky::{sample_sky, pdf_sky}
 #import lucerna::scene::surface::{emission_at, is_cut_away}
+#import lucerna::scene::types::{Ray, NONE, LightSample}
 #import lucerna::light::punctual::{PunctualSample, sample_point_light, sample_spot_light, sample_directional_light}
 #import lucerna::light::triangle::{sample_triangle_light, pdf_triangle_light, triangle_area_vector}
 #import lucerna::math::constants::FLOAT_MAX
-
-/// Light that may arrive at a point.
-struct LightSample {
-    /// Unit length, towards the light.
-    direction: vec3<f32>,
-    /// To `place` [m]; FLOAT_MAX: infinitely far.
-    distance: f32,
-    /// Where the light stands (unless infinitely far), already off its own surface.
-    place: vec3<f32>,
-    /// [sr⁻¹]; 0: a light without extent, that no other strategy finds.
-    pdf: f32,
-    /// What arrives, divided by the density: `f · cosine · weight` estimates reflected radiance.
-    weight: vec3<f32>,
-    /// Which of the punctual lights it is, NONE of others.
-    ix: u32,
-}
-
-/// The ray that tells whether the light is hidden, if it hits anything. `origin`: the lit point, off its
-/// surface.
-fn ray_to_light(light: LightSample, origin: vec3<f32>) -> Ray {
-    if light.distance < FLOAT_MAX {
-        return Ray(origin, 0.0, light.place - origin, 1.0);
-    }
-    return Ray(origin, 0.0, light.direction, FLOAT_MAX);
-}
 
 /// Draws one of the lights for a point. Nothing arrives where `weight` is zero.
 ///

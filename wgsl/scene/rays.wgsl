@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scene seam: which triangle a ray meets. Implementation: a compressed wide BVH in a storage buffer.
 //!
-//! Interface: `Ray`, `Hit`, `nearest_hit`, `any_hit`, `hit_is_miss`.
+//! Interface: `nearest_hit`, `any_hit`.
 //!
 //! H. Ylitie, T. Karras, S. Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
 //! Wide BVHs", HPG 2017: 8 children a node in 80 bytes, boxes quantised to 8 bits, children visited
@@ -12,28 +12,10 @@
 
 #import lucerna::geometry::ray_box::safe_inverse_direction
 #import lucerna::geometry::ray_triangle::{ShearedRay, shear_ray, intersect_triangle}
-#import lucerna::scene::data::{triangles, scene, NONE, TRIANGLE_ALPHA_TESTED}
+#import lucerna::scene::data::{triangles, scene, TRIANGLE_ALPHA_TESTED}
 #import lucerna::scene::surface::is_cut_away
+#import lucerna::scene::types::{NONE, Hit, Ray}
 #import lucerna::math::constants::{FLOAT_MAX, UNIT_ROUNDOFF}
-
-/// Points `origin + t·direction` with t in the open interval (t_min, t_max).
-struct Ray {
-    /// [m]
-    origin: vec3<f32>,
-    t_min: f32,
-    /// Not zero; t counts in its length.
-    direction: vec3<f32>,
-    t_max: f32,
-}
-
-/// The nearest surface point on a ray.
-struct Hit {
-    t: f32,
-    /// NONE: the ray meets nothing.
-    triangle: u32,
-    /// Weights of the triangle's second and third corner.
-    barycentrics: vec2<f32>,
-}
 
 /// Eight child boxes.
 struct BvhNode {
@@ -152,11 +134,6 @@ fn nearest_solid_hit(ray: Ray, first_will_do: bool) -> Hit {
 fn is_cut_away_at(hit: Hit) -> bool {
     return (triangles[hit.triangle].flags & TRIANGLE_ALPHA_TESTED) != 0u
         && is_cut_away(hit.triangle, hit.barycentrics);
-}
-
-/// Whether the ray met nothing.
-fn hit_is_miss(hit: Hit) -> bool {
-    return hit.triangle == NONE;
 }
 
 /// Finds the nearest triangle, masks ignored. With `first_will_do` the first triangle found without

@@ -5,8 +5,8 @@
 #define_import_path lucerna::scene::shadow_rays
 
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::scene::lights::{LightSample, ray_to_light}
 #import lucerna::scene::rays::any_hit
+#import lucerna::scene::types::{LightSample, ray_to_light}
 
 /// Whether anything stands between a surface point and a light.
 ///

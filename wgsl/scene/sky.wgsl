@@ -1,24 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scene seam: light from infinitely far.
 //!
-//! Interface: `sky_radiance`, `SkySample`, `sample_sky`, `pdf_sky`. Measure: solid angle.
+//! Interface: `sky_radiance`, `sample_sky`, `pdf_sky`. Measure: solid angle.
 #define_import_path lucerna::scene::sky
 
 #import lucerna::scene::data::{scene, sky_image, sky_distribution}
+#import lucerna::scene::types::SkySample
 #import lucerna::sky::equirectangular::equirectangular_color
 #import lucerna::math::constants::INV_FOUR_PI
 #import lucerna::sky::environment::{sample_environment, pdf_environment}
 #import lucerna::sampling::sphere::sample_uniform_sphere
-
-/// A direction towards the sky.
-struct SkySample {
-    /// Unit length, away from the surface.
-    direction: vec3<f32>,
-    /// [sr⁻¹]; 0: nothing there.
-    pdf: f32,
-    /// [W·sr⁻¹·m⁻²]
-    radiance: vec3<f32>,
-}
 
 /// Radiance that arrives from a direction (unit length, away from the surface), bilinear between
 /// the image's texels.

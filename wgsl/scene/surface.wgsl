@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scene seam: what stands at a hit.
 //!
-//! Interface: `Surface`, `surface_at`, `filtered_surface_at`, `seen_from`, `is_cut_away`; for the
-//! voxelizer `SurfaceOver`, `surface_over`.
+//! Interface: `surface_at`, `filtered_surface_at`, `is_cut_away`; for the voxelizer `surface_over`.
 #define_import_path lucerna::scene::surface
 
 #import lucerna::bsdf::directional_albedo::hemispherical_albedo
@@ -14,31 +13,9 @@
 #import lucerna::scene::data::{scene, triangles, triangle_shading, material_at, TextureSlot, SLOT_SECOND_UV, MATERIAL_DOUBLE_SIDED}
 #import lucerna::scene::data::{SHADING_MIRRORED, SHADING_HAS_NORMALS, SHADING_HAS_COLORS}
 #import lucerna::scene::textures::{sample_srgb, sample_linear, sample_srgb_between, sample_linear_between}
+#import lucerna::scene::types::{Surface, SurfaceOver}
 #import lucerna::math::octahedral::unpack_direction
 #import lucerna::math::vector::safe_normalize
-
-/// A point of a surface, in world space.
-struct Surface {
-    /// [m]
-    position: vec3<f32>,
-    /// Bound of the position's rounding error per axis [m].
-    position_error: vec3<f32>,
-    /// Unit length, by the triangle's winding: out of the front face.
-    geometric_normal: vec3<f32>,
-    /// Unit length, interpolated and normal-mapped, on the geometric normal's side.
-    shading_normal: vec3<f32>,
-    /// Linear, in [0, 1].
-    base_color: vec3<f32>,
-    metallic: f32,
-    /// Perceptual.
-    roughness: f32,
-    /// Radiance out of the front face [W·sr⁻¹·m⁻²].
-    emission: vec3<f32>,
-    /// Emission leaves the back as well.
-    double_sided: bool,
-    /// Reflects as Lambert with `base_color` for its albedo; metallic and roughness do not count.
-    lambert: bool,
-}
 
 /// Linear RGBA in 0..1 of four 16-bit unorms: red and green, then blue and alpha, low halves first.
 fn corner_color(packed: vec2<u32>) -> vec4<f32> {
@@ -202,27 +179,6 @@ fn filtered_surface_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<f32>) 
     return surface;
 }
 
-/// The surface as a ray along `direction` (unit length, towards it) sees it: both normals on the
-/// viewer's side, and only the emission that leaves to that side.
-fn seen_from(surface: Surface, direction: vec3<f32>) -> Surface {
-    var seen = surface;
-    let front = dot(surface.geometric_normal, direction) <= 0.0;
-    if !front {
-        seen.geometric_normal = -surface.geometric_normal;
-        seen.shading_normal = -surface.shading_normal;
-    }
-    if !front && !surface.double_sided {
-        seen.emission = vec3<f32>(0.0);
-    }
-    // A shading normal that the viewer sees from behind is turned round, as in Mitsuba's two-sided
-    // materials. What it then reflects lies mostly below the surface and is refused later.
-    // (Falling back on the geometric normal here adds 3 % of indirect light to Crytek's Sponza.)
-    if dot(seen.shading_normal, direction) >= 0.0 {
-        seen.shading_normal = -seen.shading_normal;
-    }
-    return seen;
-}
-
 /// The normal map's normal at a point (`texture::normal_map`).
 fn mapped_normal(
     triangle_ix: u32,
@@ -242,18 +198,6 @@ fn mapped_normal(
     );
     let is_mirrored = (triangle_shading[triangle_ix].flags & SHADING_MIRRORED) != 0u;
     return normal_of_map(linear_at(triangle_ix, slot, weights, spread).xyz, scale, normal, along, is_mirrored);
-}
-
-/// What a patch of a triangle looks like from afar.
-struct SurfaceOver {
-    /// What it reflects of even light into the whole hemisphere, linear, in [0, 1]: of Lambert its base colour.
-    albedo: vec3<f32>,
-    /// The alpha mask removes the patch.
-    is_cut_away: bool,
-    /// Radiance out of the front face [W·sr⁻¹·m⁻²].
-    emission: vec3<f32>,
-    /// Emission leaves the back as well.
-    double_sided: bool,
 }
 
 /// The patch around a point, about `width` [m] across: textures are read from the mip of that width.

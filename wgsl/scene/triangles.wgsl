@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scene seam: the triangles themselves, for the voxelizer and the rasteriser.
 //!
-//! Interface: `n_triangles`, `TriangleCorners`, `triangle_corners`, `triangle_moves`, `triangle_is_masked`.
+//! Interface: `n_triangles`, `triangle_corners`, `triangle_moves`, `triangle_is_masked`.
 #define_import_path lucerna::scene::triangles
 
 #import lucerna::scene::data::{TRIANGLE_ALPHA_TESTED, TRIANGLE_MOVING, scene, triangles}
-
-/// A triangle in world space [m]; its front is where a, b, c run counter-clockwise.
-struct TriangleCorners {
-    a: vec3<f32>,
-    b: vec3<f32>,
-    c: vec3<f32>,
-}
+#import lucerna::scene::types::TriangleCorners
 
 /// How many triangles there are: indices run from 0.
 fn n_triangles() -> u32 {

@@ -5,8 +5,8 @@
 //! a cone through prefiltered voxels.
 #define_import_path lucerna::scene::visibility
 
-#import lucerna::scene::lights::LightSample
 #import lucerna::scene::shadow_rays::light_is_hidden
+#import lucerna::scene::types::LightSample
 
 /// Share of what a light sends that arrives, in [0, 1].
 ///

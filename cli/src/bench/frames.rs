@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Frames of configurations that take turns, timed pass by pass.
 
 use glam::{UVec2, Vec3};

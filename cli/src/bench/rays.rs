@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Traversal: the kernels against obvhs on one CPU thread, same tree, same rays.
 
 use super::{Row, timed};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A scene to measure on that needs no file: a closed room with finely divided spheres.
 
 use glam::{Affine3A, Vec3, Vec4};

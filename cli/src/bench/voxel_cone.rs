@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `voxel-cone`: the passes of its source's table, its own, and what a step of a cone costs.
 
 use super::Row;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `voxel-rt` pass by pass: beside its source's configuration, and how cost goes with rays and pixels.
 
 use super::Row;

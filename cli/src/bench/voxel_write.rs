@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Write strategies: the tables 7.2 to 7.4 of `voxel-rt`'s source, and the write alone.
 
 use super::{Row, timed};

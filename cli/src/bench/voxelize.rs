@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Voxelizing: by compute against by the rasteriser; how many voxels the rasteriser misses; large
 //! triangles against small ones.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Help, and command lines that are wrong: exit code 2, the flag by name, and what is right.
 
 use crate::support::{cornell, empty_folder, fixture, has_adapter, names_in, path, run};

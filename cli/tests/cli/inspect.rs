@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `kernels`, `export`, `compare`, `doctor`.
 
 use crate::support::{empty_folder, fixture, has_adapter, lucerna, names_in, path, run};

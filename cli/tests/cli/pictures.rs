@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `reference` and `render`: pictures, their bytes, and what is said meanwhile.
 
 use crate::support::{Ran, cornell, empty_folder, fixture, has_adapter, names_in, path, run};

@@ -28,7 +28,6 @@ use crate::bindings::lucerna::camera::primary_ray::Camera;
 use crate::bindings::lucerna::components::voxel_light::accumulator::{
     HEAD_CLAMPED, HEAD_CUT, HEAD_OUTSIDE, HEAD_REJECTED,
 };
-use crate::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
 use crate::components::LightVisibility;
 use crate::components::voxels::{
     RECORD_GROUPS_OFFSET, Triangles, VOXEL_GROUPS_OFFSET, VoxelError, VoxelGrid, Voxelizer,
@@ -43,6 +42,7 @@ use levels::{MAX_LEVELS, corner_around};
 
 pub use crate::bindings::kernels::voxel_light::inject::RUN_SIDE;
 pub use crate::bindings::lucerna::components::voxel_light::cache::FaceLight;
+pub use crate::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
 pub use crate::bindings::lucerna::fields::voxel_accumulators::VoxelSample;
 pub use cache::CacheBuffers;
 pub use carry::{CarryInfo, CarryPass};

@@ -10,7 +10,8 @@
 #import lucerna::frame::view::{FrameView, clip_position, sampled_point, motion_at, view_direction}
 #import lucerna::geometry::barycentric::interpolate_vec3
 #import lucerna::scene::triangles::{triangle_corners, triangle_is_masked}
-#import lucerna::scene::surface::{filtered_surface_at, is_cut_away, seen_from}
+#import lucerna::scene::surface::{filtered_surface_at, is_cut_away}
+#import lucerna::scene::types::seen_from
 
 @group(1) @binding(0) var<uniform> view: FrameView;
 

@@ -3,7 +3,8 @@
 //!
 //! Dispatch: ceil(n/64) × 1 × 1. Workgroup memory: none.
 
-#import lucerna::scene::rays::{Ray, any_hit}
+#import lucerna::scene::rays::any_hit
+#import lucerna::scene::types::Ray
 #import lucerna::math::loops::loops_run
 
 const WORKGROUP: u32 = 64u;

@@ -3,7 +3,8 @@
 //!
 //! Dispatch: ceil(n/64) × 1 × 1. Workgroup memory: none.
 
-#import lucerna::scene::rays::{Ray, Hit, nearest_hit}
+#import lucerna::scene::rays::nearest_hit
+#import lucerna::scene::types::{Ray, Hit}
 #import lucerna::math::loops::loops_run
 
 const WORKGROUP: u32 = 64u;

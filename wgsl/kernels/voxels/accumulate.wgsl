@@ -16,7 +16,8 @@
 #import lucerna::fields::voxel_structure::{n_slots, slot_in_grid}
 #import lucerna::geometry::barycentric::barycentrics_within
 #import lucerna::geometry::clip::clip_triangle_to_cube
-#import lucerna::scene::surface::{SurfaceOver, surface_over}
+#import lucerna::scene::surface::surface_over
+#import lucerna::scene::types::SurfaceOver
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::vector::safe_normalize
 #import lucerna::components::voxels::attributes::{N_SUMS, N_SURFACE_SUMS, SUM_COVERAGE, SlotRange}

@@ -6,27 +6,9 @@
 enable wgpu_ray_query;
 #define_import_path lucerna::scene::rays
 
-#import lucerna::scene::data::{triangles, NONE, TRIANGLE_ALPHA_TESTED}
+#import lucerna::scene::data::{triangles, TRIANGLE_ALPHA_TESTED}
 #import lucerna::scene::surface::is_cut_away
-
-/// Points `origin + t·direction` with t in the open interval (t_min, t_max).
-struct Ray {
-    /// [m]
-    origin: vec3<f32>,
-    t_min: f32,
-    /// Not zero; t counts in its length.
-    direction: vec3<f32>,
-    t_max: f32,
-}
-
-/// The nearest surface point on a ray.
-struct Hit {
-    t: f32,
-    /// NONE: the ray meets nothing.
-    triangle: u32,
-    /// Weights of the triangle's second and third corner.
-    barycentrics: vec2<f32>,
-}
+#import lucerna::scene::types::{NONE, Hit, Ray}
 
 /// One instance of one geometry, its triangles in the order of `triangles`.
 @group(0) @binding(9) var acceleration: acceleration_structure;
@@ -71,9 +53,4 @@ fn nearest_hit(ray: Ray) -> Hit {
 /// Whether anything stands on the ray.
 fn any_hit(ray: Ray) -> bool {
     return trace(ray, FLAG_NO_OPAQUE | FLAG_TERMINATE_ON_FIRST_HIT).triangle != NONE;
-}
-
-/// Whether the ray met nothing.
-fn hit_is_miss(hit: Hit) -> bool {
-    return hit.triangle == NONE;
 }

@@ -8,7 +8,7 @@
 #import lucerna::cone::march::{Cone, ConeSettings, cells_across, spread_of_solid_angle}
 #import lucerna::fields::cone_trace::trace_cone
 #import lucerna::fields::pyramid_layout::finest_cell
-#import lucerna::scene::lights::LightSample
+#import lucerna::scene::types::LightSample
 
 /// How cones towards lights are followed: fine steps, for a shadow's edge is seen.
 const SHADOW_STEPPING: ConeSettings = ConeSettings(0.5, -0.4, 0.95, 1.5);
