@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the voxels' kernels are made of: slots, faces' points, neighbours, wall words, gaps, opacities, and what a triangle adds.
 
 use crate::harness::{Random, gpu, map};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `docs/functions.md`: every function of every module, what it does, where it is from, and how many files it takes to lift it.
 //!
 //! The table is made of the modules' own comments. `LUCERNA_BLESS=1` writes it anew.
