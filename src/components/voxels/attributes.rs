@@ -4,8 +4,7 @@
 use super::ADVICE;
 use super::grid::{MAX_BINDING, RECORD_BYTES, VoxelError};
 use super::voxelize::{Triangles, Voxelizer};
-use crate::bindings::kernels::voxels::accumulate::SlotRange;
-use crate::bindings::lucerna::components::voxels::attributes::N_SUMS;
+use crate::bindings::lucerna::components::voxels::attributes::{N_SUMS, SlotRange};
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, storage_buffer};
 use crate::seam::SceneSeam;
 
