@@ -294,6 +294,7 @@ pub struct FrameStats {
 
 /// What frames to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FramesToRender {
     /// Width and height \[pixels\].
     pub size: glam::UVec2,
@@ -305,6 +306,14 @@ pub struct FramesToRender {
     pub n_warm_up: u32,
     /// Ask for GPU timestamps.
     pub timed: bool,
+}
+
+impl FramesToRender {
+    /// So many frames of a picture of this size \[pixels\], after none that are not seen.
+    pub fn new(size: glam::UVec2, n_frames: u32) -> Self {
+        let view = crate::settings!(ViewSettings { n_accumulated: n_frames });
+        Self { size, view, direct: DirectSettings::default(), n_warm_up: 0, timed: false }
+    }
 }
 
 /// Frames could not be rendered.

@@ -294,7 +294,10 @@ pub enum Mismatch {
 }
 
 /// Fails where kernels of `compiled` cannot ask this scene.
-pub(crate) fn check_shaders(compiled: &Shaders, scene: &dyn SceneSeam) -> Result<(), Mismatch> {
+///
+/// # Errors
+/// [`Mismatch::Shaders`]
+pub fn check_shaders(compiled: &Shaders, scene: &dyn SceneSeam) -> Result<(), Mismatch> {
     if compiled.same(scene.shaders()) {
         return Ok(());
     }

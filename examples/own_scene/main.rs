@@ -16,7 +16,7 @@ use lucerna::frame::{
     ViewSettings,
 };
 use lucerna::gpu::{AdapterChoice, Bindings, Gpu, Recorder, SceneGroup, Shaders, radiance_target};
-use lucerna::picture::PngOptions;
+use lucerna::picture::{Picture, PngOptions};
 use lucerna::scene::{Camera, Projection};
 use lucerna::seam::{LightPeak, PunctualLight, Revisions, SceneFacts, SceneSeam};
 use lucerna::settings;
@@ -26,8 +26,6 @@ use lucerna::techniques::reference::{Channel, resolve};
 use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
 use std::path::PathBuf;
 use wgpu::util::DeviceExt;
-
-const N_FRAMES: u32 = 48;
 
 /// The modules that answer for this scene.
 const MODULES: [(&str, &str); 7] = [
@@ -47,8 +45,11 @@ fn quad(corner: [f32; 3], u: [f32; 3], v: [f32; 3], color: [f32; 3]) -> Quad {
     [corner, u, v, color].map(|xyz| Vec3::from(xyz).extend(0.0))
 }
 
+/// Position \[m\] and intensity \[W·sr⁻¹\].
+pub const LAMP: (Vec3, Vec3) = (Vec3::new(0.0, 3.4, 0.4), Vec3::splat(12.0));
+
 /// A room 4 m wide, open towards the camera, with a shelf under which no light comes directly.
-fn room() -> Vec<Quad> {
+pub fn room() -> Vec<Quad> {
     let (white, red, green) = ([0.7, 0.7, 0.7], [0.6, 0.1, 0.1], [0.1, 0.5, 0.1]);
     vec![
         quad([-2.0, 0.0, -2.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0], white),
@@ -61,7 +62,7 @@ fn room() -> Vec<Quad> {
 }
 
 /// The scene behind the seam.
-struct OwnScene {
+pub struct OwnScene {
     shaders: Shaders,
     group: SceneGroup,
     facts: SceneFacts,
@@ -69,9 +70,8 @@ struct OwnScene {
 }
 
 impl OwnScene {
-    fn new(gpu: &Gpu, quads: &[Quad]) -> Result<Self, Box<dyn std::error::Error>> {
-        let lamp = Vec3::new(0.0, 3.4, 0.4);
-        let intensity = Vec3::splat(12.0);
+    pub fn new(gpu: &Gpu, quads: &[Quad]) -> Result<Self, Box<dyn std::error::Error>> {
+        let (lamp, intensity) = LAMP;
         let buffer = |contents: &[u8], usage| {
             let label = Some("own scene");
             let descriptor = wgpu::util::BufferInitDescriptor { label, contents, usage };
@@ -145,61 +145,64 @@ impl PixelSurfaces for ByRays<'_> {
     }
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (gpu, info) = open(&AdapterChoice::Auto)?;
-    eprintln!("adapter: {}", info.name);
-    let scene = OwnScene::new(&gpu, &room())?;
-    let camera = Camera {
+/// Frames with direct and indirect light, and the mean of the later half.
+pub fn render(
+    gpu: &Gpu,
+    scene: &OwnScene,
+    camera: &Camera,
+    size: UVec2,
+    n_frames: u32,
+) -> Result<Picture, Box<dyn std::error::Error>> {
+    let settings = settings!(VoxelRtSettings { resolution: 32 });
+    let mut technique = VoxelRt::new(gpu, scene, settings, camera.position)?;
+    let visibility = LightVisibility::rays();
+    let direct = DirectPass::new(gpu, scene, size, DirectSettings::default(), &visibility);
+    let composite = CompositePass::new(gpu, scene);
+    let indirect = radiance_target(gpu, "indirect", size);
+    let mut sums = Accumulator::new(gpu, size);
+    let mut view = View::new(size);
+    let view_settings = settings!(ViewSettings { n_accumulated: n_frames / 2 });
+    let surfaces = ByRays { size, scene: scene.group() };
+
+    for frame_ix in 0..n_frames {
+        if frame_ix == n_frames / 2 {
+            // The voxels' light has settled: from here on the picture is kept.
+            sums.reset();
+        }
+        view.advance(scene, camera, &view_settings);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut recorder = Recorder::new(gpu, &mut encoder);
+        let pixels = Pixels::new(&view, &surfaces)?;
+        technique.update(&mut recorder, scene, &Eye::at(camera.position))?;
+        technique.shade(&mut recorder, &pixels, &indirect)?;
+        direct.record(&mut recorder, scene, &pixels)?;
+        let light = (direct.radiance(), Some(&indirect));
+        composite.record(&mut recorder, scene, &pixels, light.0, light.1, &mut sums)?;
+        drop(recorder);
+        gpu.queue.submit([encoder.finish()]);
+    }
+    Ok(resolve(&read_film(gpu, sums.film())?, size, Channel::Beauty))
+}
+
+pub fn camera() -> Camera {
+    Camera {
         name: "front".into(),
         position: Vec3::new(0.0, 2.0, 7.0),
         forward: Vec3::NEG_Z,
         up: Vec3::Y,
         projection: Projection::Perspective { vertical_fov: 45f32.to_radians() },
-    };
-    let size = UVec2::new(160, 120);
-    let settings = settings!(VoxelRtSettings { resolution: 32 });
-    let mut technique = VoxelRt::new(&gpu, &scene, settings, camera.position)?;
-    for notice in technique.notices() {
-        eprintln!("{}", notice.text);
     }
-    let visibility = LightVisibility::rays();
-    let direct = DirectPass::new(&gpu, &scene, size, DirectSettings::default(), &visibility);
-    let composite = CompositePass::new(&gpu, &scene);
-    let indirect = radiance_target(&gpu, "indirect", size);
-    let mut accumulator = Accumulator::new(&gpu, size);
-    let mut view = View::new(size);
-    let surfaces = ByRays { size, scene: scene.group() };
+}
 
-    for frame_ix in 0..N_FRAMES {
-        if frame_ix == N_FRAMES / 2 {
-            // The voxels' light has settled: from here on the picture is kept.
-            accumulator.reset();
-        }
-        let view_settings = settings!(ViewSettings { n_accumulated: N_FRAMES / 2 });
-        view.advance(&scene, &camera, &view_settings);
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut recorder = Recorder::new(&gpu, &mut encoder);
-        technique.update(&mut recorder, &scene, &Eye::at(camera.position))?;
-        let pixels = Pixels::new(&view, &surfaces)?;
-        direct.record(&mut recorder, &scene, &pixels)?;
-        technique.shade(&mut recorder, &pixels, &indirect)?;
-        composite.record(
-            &mut recorder,
-            &scene,
-            &pixels,
-            direct.radiance(),
-            Some(&indirect),
-            &mut accumulator,
-        )?;
-        drop(recorder);
-        gpu.queue.submit([encoder.finish()]);
-    }
-    let picture = resolve(&read_film(&gpu, accumulator.film())?, size, Channel::Beauty);
-
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (gpu, info) = open(&AdapterChoice::Auto)?;
+    eprintln!("adapter: {}", info.name);
+    let scene = OwnScene::new(&gpu, &room())?;
+    let picture = render(&gpu, &scene, &camera(), UVec2::new(160, 120), 48)?;
     let output = std::env::args_os()
         .nth(1)
         .map_or_else(|| std::env::temp_dir().join("own_scene.png"), PathBuf::from);
     picture.write(&output, &PngOptions::default())?;
-    println!("{N_FRAMES} frames, {}", output.display());
+    println!("{}", output.display());
     Ok(())
 }

@@ -22,7 +22,7 @@ mod rebase;
 mod resource;
 mod validate;
 
-use glam::{Affine2, Affine3A, DVec3, Vec2, Vec3, Vec4};
+use glam::{Affine2, Affine3A, DVec3, Mat4, Vec2, Vec3, Vec4};
 
 pub use self::error::{
     Attribute, DataProblem, DropReason, ErrorKind, ImageError, LineProblem, ResourceError,
@@ -242,6 +242,21 @@ pub struct Camera {
     pub up: Vec3,
     /// How directions become pixels.
     pub projection: Projection,
+}
+
+impl Camera {
+    /// Of the matrix that maps camera space (+X right, +Y up, looking along −Z) to the world. Scale does not count.
+    pub fn from_matrix(world_from_camera: Mat4, projection: Projection) -> Self {
+        let forward = (-world_from_camera.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
+        let up = world_from_camera.y_axis.truncate().reject_from_normalized(forward);
+        Self {
+            name: String::new(),
+            position: world_from_camera.w_axis.truncate(),
+            forward,
+            up: up.normalize_or(forward.any_orthonormal_vector()),
+            projection,
+        }
+    }
 }
 
 /// A camera's projection.
