@@ -4,7 +4,7 @@
 use crate::frame::{DirectSettings, FrameError, FramePasses, View, ViewSettings};
 use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder};
 use crate::scene::Camera;
-use crate::seam::{SceneMismatch, SceneSeam};
+use crate::seam::{Mismatch, SceneSeam};
 use crate::techniques::reference::{
     Film, LongSums, PathCounts, PathTracer, PixelSums, ReferenceSettings, UnfinishedPaths, Work,
 };
@@ -105,7 +105,7 @@ pub struct RenderStats {
 pub enum ReferenceError {
     /// The scene is not what the path tracer was compiled for.
     #[error(transparent)]
-    OtherScene(#[from] SceneMismatch),
+    Mismatch(#[from] Mismatch),
     /// The device was lost.
     #[error(transparent)]
     Lost(#[from] LostGpu),

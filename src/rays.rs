@@ -3,7 +3,7 @@
 
 use crate::bindings::kernels::rays::{any_hit, nearest_hit};
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
-use crate::seam::{SceneMismatch, SceneSeam, check_shaders};
+use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec3;
 
 pub use crate::bindings::lucerna::scene::types::NONE;
@@ -53,7 +53,7 @@ impl RayKernel {
         rays: &wgpu::Buffer,
         answers: &wgpu::Buffer,
         n_rays: u32,
-    ) -> Result<(), SceneMismatch> {
+    ) -> Result<(), Mismatch> {
         check_shaders(&self.shaders, scene)?;
         let (group, hits) = match self.question {
             RayQuestion::Nearest => (nearest_hit::WORKGROUP, "hits"),

@@ -248,10 +248,10 @@ impl SceneSeam for Revised<'_> {
     }
 }
 
-/// A scene that is not what something was made for.
+/// A scene or a picture that is not what something was made for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum SceneMismatch {
+pub enum Mismatch {
     /// Kernels were compiled for another variant, or other modules of the seam.
     #[error(
         "compiled for a scene of the variant {expected}, and this one has {found} (or other modules)"
@@ -278,21 +278,28 @@ pub enum SceneMismatch {
         /// Of the scene given.
         found: u32,
     },
+    /// Textures or targets of different sizes.
+    #[error("the {what} has {found} pixels, and the picture {expected}")]
+    Size {
+        /// What is of another size.
+        what: &'static str,
+        /// Size of the picture \[pixels\].
+        expected: glam::UVec2,
+        /// Its own.
+        found: glam::UVec2,
+    },
     /// The scene gives no bind group for vertex and fragment kernels.
     #[error("the scene gives nothing to rasterise: `raster_group` is None")]
     NoRaster,
 }
 
 /// Fails where kernels of `compiled` cannot ask this scene.
-pub(crate) fn check_shaders(
-    compiled: &Shaders,
-    scene: &dyn SceneSeam,
-) -> Result<(), SceneMismatch> {
+pub(crate) fn check_shaders(compiled: &Shaders, scene: &dyn SceneSeam) -> Result<(), Mismatch> {
     if compiled.same(scene.shaders()) {
         return Ok(());
     }
     let (expected, found) = (compiled.variant(), scene.shaders().variant());
-    Err(SceneMismatch::Shaders { expected, found })
+    Err(Mismatch::Shaders { expected, found })
 }
 
 impl From<&Light> for PunctualLight {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A frame's light put together, and its mean over frames: the kernel `frame/composite`.
 
-use super::Pixels;
+use super::{Pixels, check_size};
 use crate::bindings::kernels::frame::composite::CompositeInfo;
 use crate::bindings::lucerna::camera::primary_ray::Camera;
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, extent, target};
-use crate::seam::{Revisions, SceneMismatch, SceneSeam, check_shaders};
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, radiance_target, target};
+use crate::seam::{Mismatch, Revisions, SceneSeam, check_shaders};
 use crate::techniques::reference::Film;
 use glam::UVec2;
 
@@ -23,7 +23,7 @@ impl Accumulator {
     /// An empty one. `size`: at least 1×1 \[pixels\]; 96 bytes a pixel.
     pub fn new(gpu: &Gpu, size: UVec2) -> Self {
         let film = Film::new(gpu, size);
-        let beauty = target(gpu, "beauty", size, wgpu::TextureFormat::Rgba32Float);
+        let beauty = radiance_target(gpu, "beauty", size);
         Self { film, beauty, n_frames: 0, seen: None }
     }
 
@@ -76,10 +76,7 @@ impl CompositePass {
     /// picture's size. A frame whose light is not finite in a pixel is left out there and counted.
     ///
     /// # Errors
-    /// The scene is not what the kernel was compiled for.
-    ///
-    /// # Panics
-    /// If sizes differ.
+    /// The scene is not what the kernel was compiled for, or sizes differ.
     pub fn record(
         &self,
         recorder: &mut Recorder,
@@ -88,12 +85,13 @@ impl CompositePass {
         direct: &wgpu::TextureView,
         indirect: Option<&wgpu::TextureView>,
         accumulator: &mut Accumulator,
-    ) -> Result<(), SceneMismatch> {
+    ) -> Result<(), Mismatch> {
         check_shaders(&self.shaders, scene)?;
         let size = pixels.size();
-        assert_eq!(accumulator.film.size(), size, "picture and accumulator differ in size");
-        for light in [Some(direct), indirect].into_iter().flatten() {
-            assert_eq!(extent(size), light.texture().size(), "light of another size");
+        check_size("accumulator", size, accumulator.film.size())?;
+        pixels.check_target("direct light", direct)?;
+        if let Some(indirect) = indirect {
+            pixels.check_target("indirect light", indirect)?;
         }
         let now = (pixels.view.data().camera, scene.revisions());
         if accumulator.seen.replace(now) != Some(now) {

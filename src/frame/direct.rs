@@ -4,8 +4,8 @@
 use super::Pixels;
 use crate::bindings::lucerna::integrators::direct_light::DirectSettings as Uniform;
 use crate::components::LightVisibility;
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, extent, target};
-use crate::seam::{SceneMismatch, SceneSeam, check_shaders};
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, radiance_target};
+use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec2;
 
 /// How much is spent on direct light. (Point, spot and directional lights get a ray each, as long as
@@ -71,7 +71,7 @@ impl DirectPass {
                     | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
-            radiance: target(gpu, "direct", size, wgpu::TextureFormat::Rgba32Float),
+            radiance: radiance_target(gpu, "direct", size),
         }
     }
 
@@ -90,19 +90,16 @@ impl DirectPass {
     /// Records one dispatch.
     ///
     /// # Errors
-    /// The scene is not what the kernel was compiled for.
-    ///
-    /// # Panics
-    /// If the picture and the target differ in size.
+    /// The scene is not what the kernel was compiled for, or sizes differ.
     pub fn record(
         &self,
         recorder: &mut Recorder,
         scene: &dyn SceneSeam,
         pixels: &Pixels,
-    ) -> Result<(), SceneMismatch> {
+    ) -> Result<(), Mismatch> {
         check_shaders(&self.shaders, scene)?;
         let size = pixels.size();
-        assert_eq!(extent(size), self.radiance.texture().size(), "picture and target differ");
+        pixels.check_target("direct light", &self.radiance)?;
         let settings = Uniform {
             n_light_samples: self.settings.n_samples,
             n_bsdf_samples: self.settings.n_bsdf_samples,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the camera sees, rasterised: the kernel `frame/gbuffer`.
 
-use super::{PixelSurfaces, View};
+use super::{PixelSurfaces, View, check_size};
 use crate::gpu::{
     Bindings, Gpu, GpuError, Recorder, RenderKernel, RenderState, Resource, Shaders, extent,
 };
-use crate::seam::{SceneMismatch, SceneSeam, check_shaders};
+use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec2;
 
 /// Textures that hold the surface in each pixel, 28 bytes a pixel. What they hold stands in
@@ -135,9 +135,9 @@ impl GBufferPass {
     /// Compiles the kernel; it serves every scene of the same variant.
     ///
     /// # Errors
-    /// [`SceneMismatch::NoRaster`]
-    pub fn new(gpu: &Gpu, scene: &dyn SceneSeam) -> Result<Self, SceneMismatch> {
-        let raster = scene.raster_group().ok_or(SceneMismatch::NoRaster)?;
+    /// [`Mismatch::NoRaster`]
+    pub fn new(gpu: &Gpu, scene: &dyn SceneSeam) -> Result<Self, Mismatch> {
+        let raster = scene.raster_group().ok_or(Mismatch::NoRaster)?;
         let state = RenderState {
             targets: &[GBuffer::ALBEDO, GBuffer::NORMALS, GBuffer::EMISSION, GBuffer::MOTION],
             depth: Some(wgpu::DepthStencilState {
@@ -157,19 +157,16 @@ impl GBufferPass {
     /// Records one render pass that clears and fills the G-buffer.
     ///
     /// # Errors
-    /// The scene is not what the kernel was compiled for.
-    ///
-    /// # Panics
-    /// If the view's size is another than the G-buffer's.
+    /// The scene is not what the kernel was compiled for, or sizes differ.
     pub fn record(
         &self,
         recorder: &mut Recorder,
         scene: &dyn SceneSeam,
         view: &View,
         gbuffer: &GBuffer,
-    ) -> Result<(), SceneMismatch> {
+    ) -> Result<(), Mismatch> {
         check_shaders(&self.shaders, scene)?;
-        assert_eq!(view.size(), gbuffer.size, "view and G-buffer differ in size");
+        check_size("G-buffer", view.size(), gbuffer.size)?;
         let targets = [&gbuffer.albedo, &gbuffer.normals, &gbuffer.emission, &gbuffer.motion];
         let pass = &mut recorder.render("frame/gbuffer", &targets, Some(&gbuffer.depth));
         let bound = [("view", Resource::Uniform(bytemuck::bytes_of(view.data())))];

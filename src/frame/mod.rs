@@ -30,8 +30,8 @@ mod view;
 use crate::components::LightVisibility;
 use crate::components::shadow_maps::ShadowMaps;
 use crate::components::voxel_light::Eye;
-use crate::gpu::{Bindings, Gpu, GpuError, Recorder, Resource, target};
-use crate::seam::{SceneMismatch, SceneSeam};
+use crate::gpu::{Bindings, Gpu, GpuError, Recorder, Resource, SceneGroup, radiance_target};
+use crate::seam::{Mismatch, SceneSeam};
 use crate::techniques::{Technique, TechniqueError};
 use glam::UVec2;
 
@@ -50,6 +50,11 @@ pub trait PixelSurfaces {
 
     /// What the module binds in group 2 besides `view`, by the names of its variables.
     fn bindings(&self) -> Bindings<'_>;
+
+    /// Bind group 0, if the module asks the scene.
+    fn scene(&self) -> Option<&SceneGroup> {
+        None
+    }
 }
 
 /// A picture's camera, and what its pixels see.
@@ -64,16 +69,34 @@ pub struct Pixels<'a> {
 impl<'a> Pixels<'a> {
     /// Both together.
     ///
-    /// # Panics
-    /// If they differ in size.
-    pub fn new(view: &'a View, surfaces: &'a dyn PixelSurfaces) -> Self {
-        assert_eq!(view.size(), surfaces.size(), "view and surfaces differ in size");
-        Self { view, surfaces }
+    /// # Errors
+    /// [`Mismatch::Size`]
+    pub fn new(view: &'a View, surfaces: &'a dyn PixelSurfaces) -> Result<Self, Mismatch> {
+        check_size("G-buffer", view.size(), surfaces.size())?;
+        Ok(Self { view, surfaces })
+    }
+
+    /// Fails where a target is of another size than the picture.
+    ///
+    /// # Errors
+    /// [`Mismatch::Size`]
+    pub fn check_target(
+        &self,
+        what: &'static str,
+        target: &wgpu::TextureView,
+    ) -> Result<(), Mismatch> {
+        let size = target.texture().size();
+        check_size(what, self.size(), UVec2::new(size.width, size.height))
     }
 
     /// Width and height \[pixels\].
     pub fn size(&self) -> UVec2 {
         self.view.size()
+    }
+
+    /// Bind group 0, if what the pixels see is asked of the scene.
+    pub fn scene(&self) -> Option<&'a SceneGroup> {
+        self.surfaces.scene()
     }
 
     /// What kernels bind in group 2.
@@ -82,6 +105,14 @@ impl<'a> Pixels<'a> {
         bindings.push(("view", Resource::Uniform(bytemuck::bytes_of(self.view.data()))));
         bindings
     }
+}
+
+pub(crate) fn check_size(
+    what: &'static str,
+    expected: UVec2,
+    found: UVec2,
+) -> Result<(), Mismatch> {
+    if expected == found { Ok(()) } else { Err(Mismatch::Size { what, expected, found }) }
 }
 
 /// The passes that every technique shares, with their targets.
@@ -106,7 +137,7 @@ impl FramePasses {
     /// Compiles the passes for the scene's variant and makes targets of this size \[pixels\]. Lights are seen by rays.
     ///
     /// # Errors
-    /// As [`GBuffer::new`], or [`SceneMismatch::NoRaster`].
+    /// As [`GBuffer::new`], or [`Mismatch::NoRaster`].
     pub fn new(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
@@ -135,7 +166,7 @@ impl FramePasses {
             accumulator: Accumulator::new(gpu, size),
             shadow_maps: None,
             debug_view: None,
-            indirect: target(gpu, "indirect", size, wgpu::TextureFormat::Rgba32Float),
+            indirect: radiance_target(gpu, "indirect", size),
             gbuffer_pass: GBufferPass::new(gpu, scene)?,
             composite: CompositePass::new(gpu, scene),
         })
@@ -161,10 +192,7 @@ impl FramePasses {
     /// Records one frame and adds it to the accumulator.
     ///
     /// # Errors
-    /// As [`Self::update`].
-    ///
-    /// # Panics
-    /// If the view's size is another than the targets'.
+    /// As [`Self::update`], or the view's size is another than the targets'.
     pub fn record(
         &mut self,
         recorder: &mut Recorder,
@@ -174,7 +202,7 @@ impl FramePasses {
     ) -> Result<(), TechniqueError> {
         self.update(recorder, scene, view, technique)?;
         self.gbuffer_pass.record(recorder, scene, view, &self.gbuffer)?;
-        let pixels = Pixels::new(view, &self.gbuffer);
+        let pixels = Pixels::new(view, &self.gbuffer)?;
         self.direct.record(recorder, scene, &pixels)?;
         let shades = technique.shades();
         match &self.debug_view {
@@ -204,5 +232,5 @@ pub enum FrameError {
     Gpu(#[from] GpuError),
     /// The scene gives nothing to rasterise.
     #[error(transparent)]
-    Scene(#[from] SceneMismatch),
+    Scene(#[from] Mismatch),
 }

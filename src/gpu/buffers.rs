@@ -42,6 +42,12 @@ pub(crate) fn extent(size: UVec2) -> wgpu::Extent3d {
     wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 }
 }
 
+/// A texture for a technique's light or a picture: `rgba32float`, written by kernels and read by them, radiance
+/// \[W·sr⁻¹·m⁻²\] per pixel. `size` \[pixels\].
+pub fn radiance_target(gpu: &Gpu, label: &str, size: UVec2) -> wgpu::TextureView {
+    target(gpu, label, size, wgpu::TextureFormat::Rgba32Float)
+}
+
 /// A texture of a picture's size that kernels write and read.
 pub(crate) fn target(
     gpu: &Gpu,

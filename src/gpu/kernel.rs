@@ -477,9 +477,9 @@ pub struct ComputeCall<'c, 'r> {
 }
 
 impl<'c> ComputeCall<'c, '_> {
-    /// Binds the scene, of kernels that ask it.
-    pub fn scene(mut self, scene: &'c SceneGroup) -> Self {
-        self.scene = Some(scene);
+    /// Binds the scene, of kernels that ask it. None changes nothing.
+    pub fn scene(mut self, scene: impl Into<Option<&'c SceneGroup>>) -> Self {
+        self.scene = scene.into().or(self.scene);
         self
     }
 

@@ -23,6 +23,7 @@ use wgpu::{
     Features, Instance, InstanceDescriptor, Limits, Queue,
 };
 
+pub use buffers::radiance_target;
 pub(crate) use buffers::{buffer, extent, storage_buffer, target};
 pub use kernel::{
     Bindings, ComputeCall, ComputeKernel, Dispatch, OwnedResource, RenderKernel, RenderState,

@@ -30,6 +30,23 @@ pub struct Source {
 }
 
 impl Source {
+    /// A module that names itself: its import path is that of its `#define_import_path` line.
+    ///
+    /// # Errors
+    /// [`Problem`]: the text has no such line.
+    pub fn module(
+        file: impl Into<PathBuf>,
+        text: impl Into<Cow<'static, str>>,
+    ) -> Result<Self, Problem> {
+        let mut source = Self { import_path: String::new(), file: file.into(), text: text.into() };
+        let (name, _, _) = get_preprocessor_data(&source.text);
+        source.import_path = name.ok_or_else(|| {
+            let message = "a module needs a line `#define_import_path NAME`".into();
+            source.problem(Rule::ImportPath, (1, 1), message)
+        })?;
+        Ok(source)
+    }
+
     /// Import paths of the modules that this file imports, sorted, each once.
     pub fn imports(&self) -> Vec<String> {
         let (_, imports, _) = get_preprocessor_data(&self.text);

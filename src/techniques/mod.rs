@@ -16,10 +16,11 @@ mod setting;
 use crate::components::LightVisibility;
 use crate::components::shadow_maps::ShadowError;
 use crate::components::voxel_light::{Eye, InjectError, VoxelLightError};
+use crate::components::voxel_pyramid::PyramidError;
 use crate::components::voxels::VoxelError;
 use crate::frame::Pixels;
 use crate::gpu::{Gpu, GpuError, Recorder};
-use crate::seam::{SceneMismatch, SceneSeam};
+use crate::seam::{Mismatch, SceneSeam};
 use glam::Vec3;
 use voxel_cone::{VoxelCone, VoxelConeSettings};
 use voxel_rt::{VoxelRt, VoxelRtSettings};
@@ -296,13 +297,16 @@ pub enum TechniqueError {
     Setting(#[from] SettingError),
     /// The scene is not what the technique was made for.
     #[error(transparent)]
-    OtherScene(#[from] SceneMismatch),
+    Mismatch(#[from] Mismatch),
     /// The light of voxels.
     #[error(transparent)]
     VoxelLight(VoxelLightError),
     /// Voxels.
     #[error(transparent)]
     Voxels(VoxelError),
+    /// Prefiltered voxels.
+    #[error(transparent)]
+    Pyramid(PyramidError),
     /// Shadow maps.
     #[error(transparent)]
     Shadows(ShadowError),
@@ -321,7 +325,7 @@ pub enum TechniqueError {
 impl From<VoxelLightError> for TechniqueError {
     fn from(error: VoxelLightError) -> Self {
         match error {
-            VoxelLightError::OtherScene(error) => Self::OtherScene(error),
+            VoxelLightError::Mismatch(error) => Self::Mismatch(error),
             VoxelLightError::Voxel(error) => error.into(),
             VoxelLightError::Gpu(error) => Self::Gpu(error),
             VoxelLightError::Inject(InjectError::Gpu(error)) => Self::Gpu(error),
@@ -336,9 +340,18 @@ impl From<VoxelLightError> for TechniqueError {
 impl From<VoxelError> for TechniqueError {
     fn from(error: VoxelError) -> Self {
         match error {
-            VoxelError::OtherScene(error) => Self::OtherScene(error),
+            VoxelError::Mismatch(error) => Self::Mismatch(error),
             VoxelError::Gpu(error) => Self::Gpu(error),
             other => Self::Voxels(other),
+        }
+    }
+}
+
+impl From<PyramidError> for TechniqueError {
+    fn from(error: PyramidError) -> Self {
+        match error {
+            PyramidError::Gpu(error) => Self::Gpu(error),
+            other => Self::Pyramid(other),
         }
     }
 }
@@ -346,7 +359,7 @@ impl From<VoxelError> for TechniqueError {
 impl From<ShadowError> for TechniqueError {
     fn from(error: ShadowError) -> Self {
         match error {
-            ShadowError::OtherScene(error) => Self::OtherScene(error),
+            ShadowError::Mismatch(error) => Self::Mismatch(error),
             other => Self::Shadows(other),
         }
     }

@@ -190,7 +190,7 @@ fn views_of_different_size_stand_side_by_side() {
                     for _ in 0..2 {
                         single.update(recorder, &scene, &view.into()).unwrap();
                     }
-                    let pixels = Pixels::new(view, &passes.gbuffer);
+                    let pixels = Pixels::new(view, &passes.gbuffer).unwrap();
                     single.shade(recorder, &pixels, &light).unwrap();
                 });
             }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/light/next_event.wgsl`, and what it weighs with.
 
 use crate::harness::{Random, map};

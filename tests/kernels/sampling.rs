@@ -819,3 +819,52 @@ fn black_environment_has_no_density() {
         assert!(o.iter().all(|x| x.is_finite()), "{o:?}");
     }
 }
+
+/// The distribution that the host makes of a sky's image, against sums in f64: by luminance (Rec. 709) and the sine of the row's centre, rising to exactly
+/// 1; uniform where a row or all is black. Tolerance: a few roundings of sums.
+#[test]
+fn sky_distribution_sums_the_sky() {
+    use glam::Vec3;
+    use lucerna::gpu_scene::sky::sky_distribution;
+    let mut random = Random(77);
+    let [w, h] = [7usize, 5usize];
+    let mut sky: Vec<Vec3> =
+        (0..w * h).map(|_| Vec3::from_array(std::array::from_fn(|_| random.unit()))).collect();
+    sky[2 * w..3 * w].fill(Vec3::ZERO);
+    sky[w + 3] = Vec3::new(1e4, 0.0, 0.0);
+    for (name, texels) in [("random", sky), ("black", vec![Vec3::ZERO; w * h])] {
+        let table = sky_distribution(w as u32, h as u32, &texels);
+        assert_eq!(table.len(), (w + 1) * h, "{name}");
+        let luminance = |c: Vec3| c.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722));
+        let rows: Vec<f64> = texels
+            .chunks(w)
+            .enumerate()
+            .map(|(y, row)| {
+                (PI * (y as f64 + 0.5) / h as f64).sin()
+                    * row.iter().map(|&c| luminance(c)).sum::<f64>()
+            })
+            .collect();
+        let cumulative = |parts: &[f64], ix: usize| {
+            let total: f64 = parts.iter().sum();
+            let even = (ix + 1) as f64 / parts.len() as f64;
+            if total > 0.0 { parts[..=ix].iter().sum::<f64>() / total } else { even }
+        };
+        for y in 0..h {
+            let row: Vec<f64> = texels[y * w..(y + 1) * w].iter().map(|&c| luminance(c)).collect();
+            let held = &table[y * (w + 1)..(y + 1) * (w + 1)];
+            assert!(
+                (f64::from(held[0]) - cumulative(&rows, y)).abs() < 1e-6,
+                "{name}, row {y}: {held:?}"
+            );
+            for x in 0..w {
+                let expected = cumulative(&row, x);
+                assert!(
+                    (f64::from(held[x + 1]) - expected).abs() < 1e-6,
+                    "{name} ({x}, {y}): {held:?}"
+                );
+            }
+            assert_eq!(held[w], 1.0, "{name}, row {y}");
+        }
+        assert_eq!(table[(h - 1) * (w + 1)], 1.0, "{name}");
+    }
+}

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/texture` and the look-up of `wgsl/sky/equirectangular.wgsl`.
 
 use crate::harness::{Random, gpu, map, map_with};

@@ -1,7 +1,10 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the voxels' kernels are made of: slots, faces' points, neighbours, wall words, gaps, opacities, and what a triangle adds.
 
-use crate::harness::{Random, map};
+use crate::harness::{Random, gpu, map};
 use glam::{UVec4, Vec3, Vec4};
+use lucerna::shader::Source;
+use lucerna::testing::Harness;
 use std::collections::BTreeSet;
 
 /// Each occupied cell of a brick has the slot of its rank, others none: by counting, for random bricks, an empty and a full one.
@@ -412,5 +415,143 @@ fn surfaces_add_their_weighted_steps() {
                 assert_eq!(found % weight.max(1.0), 0.0, "{input:?}: {found}");
             }
         }
+    }
+}
+
+/// lucerna's modules with some replaced, as a renderer does that keeps its light otherwise.
+fn with_modules(modules: &[(&str, &str)]) -> Harness {
+    let mut library = lucerna::library();
+    for &(path, text) in modules {
+        assert!(library.get(path).is_some(), "{path} replaces nothing");
+        library.insert(Source {
+            import_path: path.to_owned(),
+            file: "stranger.wgsl".into(),
+            text: format!("#define_import_path {path}\n{text}").into(),
+        });
+    }
+    // No other storage is asked for anything.
+    let asks = |path: &str| {
+        let source = library.get(path).unwrap();
+        library.dependencies(source).unwrap().iter().map(|of| of.import_path.to_string()).collect()
+    };
+    for path in ["lucerna::fields::voxel_light", "lucerna::fields::cone_trace"] {
+        let all: Vec<String> = asks(path);
+        let replaced = |of: &str| modules.iter().any(|(path, _)| *path == of);
+        if modules.iter().any(|(path, _)| all.iter().any(|of| of == path)) {
+            let left = all.iter().filter(|of| of.contains("::fields::") && !replaced(of));
+            assert_eq!(left.count(), 0, "{path}: {all:?}");
+        }
+    }
+    Harness::new(gpu().clone()).with_library(library)
+}
+
+/// `fields::voxel_light` over light that a stranger keeps, here a formula: one replaced module, no bindings. A linear function comes back as it is, half
+/// a cell along the normal or, trilinear, at the point. Tolerance: 50 roundings of values up to 60.
+#[test]
+fn light_is_looked_up_in_a_strangers_storage() {
+    let stranger = "#import lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels}
+        const NO_VOXEL: u32 = 0xffffffffu;
+        var<private> levels: VoxelLevels;
+        fn voxel_of_cell(level: VoxelLevel, cell: vec3<i32>) -> u32 {
+            if any(cell < vec3<i32>(0)) || any(cell >= vec3<i32>(level.grid.size)) {
+                return NO_VOXEL;
+            }
+            return u32(cell.x) | (u32(cell.y) << 8u) | (u32(cell.z) << 16u);
+        }
+        fn walls_of_voxel(level: VoxelLevel, voxel: u32) -> u32 {
+            return 0u;
+        }
+        fn light_of_face(level: VoxelLevel, voxel: u32, face: u32) -> vec4<f32> {
+            let center = vec3<f32>((vec3<u32>(voxel) >> vec3<u32>(0u, 8u, 16u)) & vec3<u32>(255u)) + 0.5;
+            return vec4<f32>(dot(center, vec3<f32>(1.0, 2.0, 3.0)), center.x, 1.0, 1.0);
+        }";
+    let harness = with_modules(&[("lucerna::fields::voxel_light_texels", stranger)]);
+    let mut random = Random(58);
+    let inputs: Vec<[Vec4; 2]> = (0..4000)
+        .map(|ix| {
+            let at = Vec3::from_array(std::array::from_fn(|_| random.range(2.0, 8.0)));
+            [(at * 0.5 - 1.0).extend((ix % 2) as f32), random.direction().extend(0.0)]
+        })
+        .collect();
+    let found: Vec<Vec4> = harness.map(
+        "#import lucerna::fields::voxel_light::{LOOKUP_TRILINEAR, LOOKUP_VALID, irradiance_at}
+         #import lucerna::fields::voxel_light_texels::levels
+         #import lucerna::components::voxels::grid::VoxelGrid
+         struct Input { position: vec4<f32>, normal: vec4<f32> }
+         alias Output = vec4<f32>;
+         fn map(x: Input) -> Output {
+             levels.n_levels = 1u;
+             levels.levels[0].grid = VoxelGrid(vec3<f32>(-1.0), 0.5, vec3<u32>(10u), 6u, vec3<u32>(3u, 3u, 5u), 0u);
+             let lookup = select(LOOKUP_VALID, LOOKUP_TRILINEAR, x.position.w == 1.0);
+             return vec4<f32>(irradiance_at(x.position.xyz, x.normal.xyz, lookup), 0.0);
+         }",
+        &inputs,
+    );
+    for ([position, normal], found) in inputs.iter().zip(found) {
+        let mut at = (position.truncate().as_dvec3() + 1.0) / 0.5;
+        if position.w == 0.0 {
+            at += 0.5 * normal.truncate().as_dvec3();
+        }
+        let expected = [at.x + 2.0 * at.y + 3.0 * at.z, at.x, 1.0];
+        for k in 0..3 {
+            let error = (f64::from(found[k]) - expected[k]).abs();
+            assert!(error < 50.0 * 6e-8 * 60.0, "{position} {normal}: {found} for {expected:?}");
+        }
+    }
+}
+
+/// `fields::cone_trace` over voxels that a stranger keeps, here a uniform medium without bindings: light and transmittance are those of its depth.
+/// Tolerance: some hundred roundings, one for each step.
+#[test]
+fn cones_are_followed_through_a_strangers_storage() {
+    let layout = "#import lucerna::components::voxel_pyramid::layout::PyramidLayout
+        var<private> pyramid: PyramidLayout;
+        fn finest_cell(position: vec3<f32>) -> f32 {
+            return pyramid.levels[0].cell;
+        }";
+    // A texel is a cell's depth and light, so both grow with the mip's cells: 0.3 a metre, of radiance (2, 1, 0.5).
+    let texels =
+        "fn filtered_texel(entry: u32, mip: u32, face: u32, point: vec3<f32>) -> vec4<f32> {
+            let depth = 0.3 * 0.25 * f32(1u << mip);
+            return depth * vec4<f32>(2.0, 1.0, 0.5, 1.0);
+        }";
+    let harness = with_modules(&[
+        ("lucerna::fields::pyramid_layout", layout),
+        ("lucerna::fields::voxel_pyramid", texels),
+    ]);
+    let mut random = Random(59);
+    let inputs: Vec<[Vec4; 2]> = (0..500)
+        .map(|_| {
+            [random.direction().extend(random.range(0.5, 6.0)), Vec4::splat(random.range(0.0, 0.5))]
+        })
+        .collect();
+    let found: Vec<[Vec4; 2]> = harness.map(
+        "#import lucerna::fields::cone_trace::trace_cone
+         #import lucerna::fields::pyramid_layout::pyramid
+         #import lucerna::components::voxel_pyramid::layout::PyramidLevel
+         #import lucerna::cone::march::{Cone, ConeSettings}
+         struct Input { ray: vec4<f32>, spread: vec4<f32> }
+         struct Output { light: vec4<f32>, near: vec4<f32> }
+         fn map(x: Input) -> Output {
+             pyramid.n_levels = 1u;
+             pyramid.n_faces = 1u;
+             pyramid.levels[0] = PyramidLevel(vec3<f32>(-8.0), 0.25, vec3<u32>(64u), 7u);
+             let cone = Cone(vec3<f32>(0.0), x.spread.x, x.ray.xyz, x.ray.w, vec3<f32>(0.0), 0.0);
+             let found = trace_cone(cone, ConeSettings(0.5, 0.0, 1.0, 0.0), 0.0);
+             return Output(vec4<f32>(found.radiance, found.transmittance), vec4<f32>(f32(found.n_steps)));
+         }",
+        &inputs,
+    );
+    for ([ray, spread], [light, steps]) in inputs.iter().zip(found) {
+        let transmittance = (-0.3 * f64::from(ray.w)).exp();
+        let expected = [2.0, 1.0, 0.5].map(|of| of * (1.0 - transmittance));
+        assert!((f64::from(light.w) - transmittance).abs() < 2e-5, "{ray} {spread}: {light}");
+        for k in 0..3 {
+            assert!(
+                (f64::from(light[k]) - expected[k]).abs() < 4e-5,
+                "{ray} {spread}: {light} for {expected:?}"
+            );
+        }
+        assert!(steps.x >= 2.0, "{ray} {spread}: {steps}");
     }
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `docs/functions.md`: every function of every module, what it does, where it is from, and how many files it takes to lift it.
 //!
 //! The table is made of the modules' own comments. `LUCERNA_BLESS=1` writes it anew.
@@ -89,13 +90,11 @@ fn authors(before: &str) -> String {
     let mut names = Vec::new();
     for piece in before.trim_end_matches([' ', ',']).rsplit(", ") {
         // What stands before the first initial belongs to the sentence.
-        let words: Vec<_> = piece.split(' ').collect();
-        let Some(first) = words.iter().position(|word| is_initial(word.trim_start_matches('(')))
-        else {
-            break;
-        };
-        names.push(words[first..].join(" ").trim_start_matches('(').to_owned());
-        if first > 0 {
+        let last = piece.rsplit([':', ';', '(']).next().unwrap().trim_start();
+        let words: Vec<_> = last.split(' ').collect();
+        let Some(first) = words.iter().position(|word| is_initial(word)) else { break };
+        names.push(words[first..].join(" "));
+        if first > 0 || last.len() < piece.len() {
             break;
         }
     }

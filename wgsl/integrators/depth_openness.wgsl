@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A cone through the picture's depths: `cone::depth_cone` over the pixels that it crosses.
+//! Cones through the picture's depths: `cone::depth_cone` over the pixels that they cross.
 //!
 //! Bindings: none of its own; it asks the scene seam what pixels see.
 #define_import_path lucerna::integrators::depth_openness
 
 #import lucerna::camera::primary_ray::point_at_depth
+#import lucerna::cone::cone_set::{drawn_cone_of_set, set_spread}
 #import lucerna::cone::depth_cone::{CLEARANCE, DEPTH_STEPS, MIN_RISE, THICKNESS, sphere_openness}
 #import lucerna::cone::march::{Cone, cone_point, cone_width}
 #import lucerna::frame::view::{picture_from_clip, sampled_point}
+#import lucerna::math::frame::frame_from_normal
+#import lucerna::sampling::low_discrepancy::sobol_owen
+#import lucerna::sampling::pcg::pcg
 #import lucerna::scene::pixel::{pixel_distance, view}
+
+/// Cones of the hemisphere.
+const N_DEPTH_CONES: u32 = 5u;
+/// Cones that leave the surface at a slant are followed farther, up to 1 over this: until they are as high as upright ones.
+const LEAST_SLANT: f32 = 0.3;
 
 /// How much of a cone is open from its origin to `cone.max_distance` [m].
 ///
@@ -40,4 +49,54 @@ fn depth_openness(cone: Cone, jitter: f32) -> f32 {
         }
     }
     return open;
+}
+
+/// How much of the hemisphere around `shading_normal` is open up to the height `reach` [m] over a surface, weighted by the cosine; 1 where all
+/// of it lies below the surface. (What a bent normal leads below the surface is dark to the voxels' cones already.)
+///
+/// Normals: unit length. `stream`, `sample_ix`: of the random numbers that turn each cone within its part; `jitter` in [0, 1) shifts the
+/// steps.
+fn hemisphere_openness(
+    position: vec3<f32>,
+    geometric_normal: vec3<f32>,
+    shading_normal: vec3<f32>,
+    reach: f32,
+    stream: u32,
+    sample_ix: u32,
+    jitter: f32,
+) -> f32 {
+    let basis = frame_from_normal(shading_normal);
+    let spread = set_spread(N_DEPTH_CONES);
+    var sum = 0.0;
+    var weights = 0.0;
+    for (var ix = 0u; ix < N_DEPTH_CONES; ix++) {
+        let member = drawn_cone_of_set(N_DEPTH_CONES, ix, sobol_owen(sample_ix, pcg(stream + ix)));
+        let direction = basis * member.direction;
+        let rise = dot(direction, geometric_normal);
+        if rise > 0.0 {
+            let length = reach / max(rise, LEAST_SLANT);
+            let cone = Cone(position, spread, direction, length, geometric_normal, 0.0);
+            sum += member.weight * depth_openness(cone, jitter);
+            weights += member.weight;
+        }
+    }
+    return select(1.0, sum / weights, weights > 0.0);
+}
+
+/// How much of one cone along `direction` (unit length) is open up to the height `reach` [m] over a surface; 1 where it leads below the surface.
+/// `spread`: tan of half its aperture; `jitter`: as of [`hemisphere_openness`].
+fn direction_openness(
+    position: vec3<f32>,
+    geometric_normal: vec3<f32>,
+    direction: vec3<f32>,
+    spread: f32,
+    reach: f32,
+    jitter: f32,
+) -> f32 {
+    let rise = dot(direction, geometric_normal);
+    if rise <= 0.0 {
+        return 1.0;
+    }
+    let length = reach / max(rise, LEAST_SLANT);
+    return depth_openness(Cone(position, spread, direction, length, geometric_normal, 0.0), jitter);
 }

@@ -16,7 +16,7 @@ use crate::components::LightVisibility;
 use crate::gpu::{
     Gpu, OwnedResource, Recorder, RenderKernel, RenderState, Resource, Shaders, buffer,
 };
-use crate::seam::{Revisions, SceneMismatch, SceneSeam, check_shaders};
+use crate::seam::{Mismatch, Revisions, SceneSeam, check_shaders};
 use crate::shader::SHADOW_MAPS;
 
 /// How maps are filtered.
@@ -73,7 +73,7 @@ pub enum ShadowError {
     },
     /// The scene is not what the maps were made for, or gives nothing to rasterise.
     #[error(transparent)]
-    OtherScene(#[from] SceneMismatch),
+    Mismatch(#[from] Mismatch),
     /// Maps that would fill a GPU.
     #[error(
         "{n} shadow maps of {resolution} x {resolution} texels take more than 2 GiB; use a smaller resolution or fewer lights"
@@ -123,7 +123,7 @@ impl ShadowMaps {
         settings: ShadowSettings,
     ) -> Result<Self, ShadowError> {
         check(gpu, &settings)?;
-        let raster = scene.raster_group().ok_or(SceneMismatch::NoRaster)?;
+        let raster = scene.raster_group().ok_or(Mismatch::NoRaster)?;
         let device = &gpu.device;
         let n_layers = views::views_of(scene.facts()).views.len().max(1) as u32;
         let resolution = settings.resolution;
@@ -205,7 +205,7 @@ impl ShadowMaps {
     /// Records drawing the maps, if the scene has changed since they were last drawn.
     ///
     /// # Errors
-    /// [`ShadowError::OtherScene`]: the scene's variant is another, or its lights need more views than those of the one that
+    /// [`ShadowError::Mismatch`]: the scene's variant is another, or its lights need more views than those of the one that
     /// this was made for (there are more, or a spot has become wider than 74° from its axis, which takes six). Nothing is
     /// recorded then.
     pub fn record(
@@ -221,7 +221,7 @@ impl ShadowMaps {
         let found = views::views_of(scene.facts());
         let (expected, n) = (self.layers.len() as u32, found.views.len() as u32);
         if n > expected {
-            return Err(SceneMismatch::Lights { expected, found: n }.into());
+            return Err(Mismatch::Lights { expected, found: n }.into());
         }
         let uniform = found.uniform(self.filter(), self.settings.filtering);
         recorder.upload(&self.uniform, 0, bytemuck::bytes_of(&uniform));

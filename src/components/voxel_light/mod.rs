@@ -35,7 +35,7 @@ use crate::components::voxels::{
 };
 use crate::frame::View;
 use crate::gpu::{Dispatch, Gpu, GpuError, Recorder, Shaders};
-use crate::seam::{Revisions, SceneMismatch, SceneSeam, check_shaders};
+use crate::seam::{Mismatch, Revisions, SceneSeam, check_shaders};
 use crate::techniques::{Notice, Stat};
 use glam::{IVec3, UVec3, Vec3};
 use levels::{MAX_LEVELS, corner_around};
@@ -75,7 +75,7 @@ pub enum VoxelLightError {
     NoCamera,
     /// The scene is not what this was made for.
     #[error(transparent)]
-    OtherScene(#[from] SceneMismatch),
+    Mismatch(#[from] Mismatch),
     /// The grid.
     #[error(transparent)]
     Voxel(#[from] VoxelError),

@@ -5,7 +5,7 @@ use crate::bindings::lucerna::components::voxel_light::accumulator as wgsl;
 use crate::bindings::lucerna::components::voxel_light::average::QUANTA_MAX;
 use crate::components::voxels::{BRICK, VoxelGrid};
 use crate::gpu::{Gpu, GpuError, storage_buffer};
-use crate::seam::SceneMismatch;
+use crate::seam::Mismatch;
 
 /// How samples of one record come together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -67,7 +67,7 @@ pub enum InjectError {
     },
     /// The scene is not what the injector was made for.
     #[error(transparent)]
-    OtherScene(#[from] SceneMismatch),
+    Mismatch(#[from] Mismatch),
     /// The largest value is no number that samples can be scaled with.
     #[error("largest irradiance {0} W/m²: it must lie between 1e-18 and 1e30")]
     LargestValue(f32),

@@ -15,6 +15,6 @@ mod trace;
 
 pub use fill::{FillInfo, FillPass, PrefilterPass};
 pub use peak::PeakPass;
-pub use pyramid::{Pyramid, PyramidLayout, PyramidLevel, PyramidMip};
+pub use pyramid::{Pyramid, PyramidError, PyramidLayout, PyramidLevel, PyramidMip};
 pub use settings::{ConeStepping, FaceWeights, PyramidStorage};
 pub use trace::{Cone, ConeResult, TracePass};

@@ -109,26 +109,40 @@ fn layout_of(grids: &[VoxelGrid], squared_weights: bool) -> PyramidLayout {
     layout
 }
 
+/// Prefiltered voxels could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PyramidError {
+    /// Too many grids, or none.
+    #[error("prefiltered voxels have 1 to 6 grids, and not {0}")]
+    Grids(usize),
+    /// A grid of another size.
+    #[error("grids of prefiltered voxels have 1 to 256 cells along each axis, and not {0}")]
+    Cells(UVec3),
+    /// A limit of the device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
 impl Pyramid {
     /// Empty volumes for these grids, from the finest to the coarsest, at most 6, all with as many faces.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`], [`GpuError::VolumeTooLarge`]: a volume is larger than the device takes.
-    ///
-    /// # Panics
-    /// If there is no grid or more than 6, or one has no cell or more than 256 along an axis.
+    /// [`PyramidError`]: there is no grid or more than 6, one has no cell or more than 256 along an axis, or a volume is larger
+    /// than the device takes.
     pub fn new(
         gpu: &Gpu,
         grids: &[VoxelGrid],
         storage: PyramidStorage,
         squared_weights: bool,
-    ) -> Result<Self, GpuError> {
-        assert!((1..=6).contains(&grids.len()), "1 to 6 grids");
-        let mut sizes = grids.iter().map(|grid| grid.size);
-        assert!(
-            sizes.all(|size| size.min_element() > 0 && size.max_element() <= 256),
-            "1 to 256 cells"
-        );
+    ) -> Result<Self, PyramidError> {
+        if !(1..=6).contains(&grids.len()) {
+            return Err(PyramidError::Grids(grids.len()));
+        }
+        let is_outside = |size: &UVec3| size.min_element() == 0 || size.max_element() > 256;
+        if let Some(size) = grids.iter().map(|grid| grid.size).find(is_outside) {
+            return Err(PyramidError::Cells(size));
+        }
         let layout = layout_of(grids, squared_weights);
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let uniform = buffer(gpu, "voxel pyramid", size_of::<PyramidLayout>() as u64, usage);

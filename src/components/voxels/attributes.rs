@@ -4,8 +4,7 @@
 use super::ADVICE;
 use super::grid::{MAX_BINDING, RECORD_BYTES, VoxelError};
 use super::voxelize::{Triangles, Voxelizer};
-use crate::bindings::kernels::voxels::accumulate::SlotRange;
-use crate::bindings::lucerna::components::voxels::attributes::N_SUMS;
+use crate::bindings::lucerna::components::voxels::attributes::{N_SUMS, SlotRange};
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, storage_buffer};
 use crate::seam::SceneSeam;
 
@@ -70,7 +69,7 @@ impl VoxelAttributes {
     /// [`VoxelAttributes::new`], recorded before.
     ///
     /// # Errors
-    /// [`VoxelError::OtherScene`]; nothing is recorded then.
+    /// [`VoxelError::Mismatch`]; nothing is recorded then.
     pub fn record(
         &self,
         recorder: &mut Recorder,

@@ -74,7 +74,7 @@ pub enum VoxelError {
     },
     /// The scene is not what the voxelizer was made for.
     #[error(transparent)]
-    OtherScene(#[from] crate::seam::SceneMismatch),
+    Mismatch(#[from] crate::seam::Mismatch),
     /// A limit of the device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -100,7 +100,7 @@ pub fn capacity_limit(bricks: UVec3, n_faces: u32) -> u32 {
 /// 128 MiB holds.
 ///
 /// # Errors
-/// [`VoxelError`] other than `OtherScene` and `Gpu`.
+/// [`VoxelError`] other than `Mismatch` and `Gpu`.
 pub fn grid_for_bounds(
     min: Vec3,
     max: Vec3,

@@ -10,7 +10,7 @@ use crate::gpu::{
     ComputeKernel, Dispatch, Gpu, Recorder, RenderKernel, RenderState, Resource, extent,
     storage_buffer,
 };
-use crate::seam::{SceneMismatch, SceneSeam};
+use crate::seam::{Mismatch, SceneSeam};
 use glam::UVec2;
 
 /// How the rasteriser is used.
@@ -91,11 +91,11 @@ impl RasterVoxelizer {
     /// Records marking all triangles.
     ///
     /// # Errors
-    /// [`VoxelError::OtherScene`].
+    /// [`VoxelError::Mismatch`].
     pub fn record(&self, recorder: &mut Recorder, scene: &dyn SceneSeam) -> Result<(), VoxelError> {
         let (expected, found) = (self.n_triangles, scene.facts().n_triangles);
         if found != expected {
-            return Err(SceneMismatch::Triangles { expected, found }.into());
+            return Err(Mismatch::Triangles { expected, found }.into());
         }
         recorder.encoder().clear_buffer(&self.bits, 0, None);
         self.corners_kernel

@@ -9,7 +9,7 @@ use crate::bindings::kernels::voxels::count_work;
 use crate::gpu::{
     ComputeKernel, ComputeRecorder, Dispatch, Gpu, GpuError, Recorder, Shaders, storage_buffer,
 };
-use crate::seam::{SceneMismatch, SceneSeam, check_shaders};
+use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec3;
 
 pub use crate::bindings::lucerna::components::voxels::counts::VoxelCounts;
@@ -78,10 +78,10 @@ impl Work {
         })
     }
 
-    pub(super) fn check(&self, scene: &dyn SceneSeam) -> Result<(), SceneMismatch> {
+    pub(super) fn check(&self, scene: &dyn SceneSeam) -> Result<(), Mismatch> {
         check_shaders(&self.shaders, scene)?;
         let (expected, found) = (self.n_triangles, scene.facts().n_triangles);
-        if expected == found { Ok(()) } else { Err(SceneMismatch::Triangles { expected, found }) }
+        if expected == found { Ok(()) } else { Err(Mismatch::Triangles { expected, found }) }
     }
 
     pub(super) fn record(
@@ -177,7 +177,7 @@ impl Voxelizer {
     /// Records voxelizing `triangles` and the structure of all voxels.
     ///
     /// # Errors
-    /// [`VoxelError::OtherScene`]; nothing is recorded then.
+    /// [`VoxelError::Mismatch`]; nothing is recorded then.
     pub fn record(
         &self,
         recorder: &mut Recorder,
@@ -271,7 +271,7 @@ impl TriangleCounter {
     /// Records counting.
     ///
     /// # Errors
-    /// [`VoxelError::OtherScene`]; nothing is recorded then.
+    /// [`VoxelError::Mismatch`]; nothing is recorded then.
     pub fn record(
         &self,
         recorder: &mut Recorder,

@@ -12,7 +12,7 @@ use crate::bindings::kernels::reference::path_trace::StripeInfo;
 use crate::bindings::lucerna::integrators::path::PathSettings;
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, buffer};
 use crate::scene::Camera;
-use crate::seam::{SceneMismatch, SceneSeam, check_shaders};
+use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec2;
 
 pub use crate::bindings::lucerna::frame::pixel_sums::PixelSums;
@@ -150,7 +150,7 @@ impl PathTracer {
         camera: &Camera,
         settings: &ReferenceSettings,
         work: Work,
-    ) -> Result<(), SceneMismatch> {
+    ) -> Result<(), Mismatch> {
         check_shaders(&self.shaders, scene)?;
         let stripe = &film.stripes()[work.stripe];
         let inside = work.first_row >= stripe.first_row

@@ -108,6 +108,7 @@ impl VoxelCone {
         // Nothing mirrors where everything is Lambert.
         let mirrors = settings.specular != Specular::Off && !scene.facts().diffuse_only;
         let chosen = settings;
+        let group = Some(scene.group());
         let settings = VoxelConeSettings {
             occludes_specular: settings.occludes_specular && mirrors,
             ..settings
@@ -119,8 +120,8 @@ impl VoxelCone {
             prefilter: PrefilterPass::new(gpu, &pyramid),
             bounce: BouncePass::new(gpu, &pyramid),
             publish: PublishPass::new(gpu),
-            shade: ShadePass::new(gpu, scene.shaders(), &pyramid),
-            occlusion: OcclusionPass::new(gpu, scene.shaders(), &settings),
+            shade: ShadePass::new(gpu, scene.shaders(), group, &pyramid),
+            occlusion: OcclusionPass::new(gpu, scene.shaders(), group, &settings),
             settings,
             attributes,
             pyramid,
@@ -226,6 +227,7 @@ impl Technique for VoxelCone {
         pixels: &Pixels,
         target: &wgpu::TextureView,
     ) -> Result<(), TechniqueError> {
+        pixels.check_target("target", target)?;
         let Self { occlusion, pyramid, settings, .. } = self;
         let occlusion = occlusion.as_mut().map(|of| of.record(recorder, pyramid, settings, pixels));
         self.shade.record(recorder, pyramid, settings, pixels, occlusion.as_ref(), target);

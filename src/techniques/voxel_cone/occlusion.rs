@@ -8,7 +8,7 @@ use crate::bindings::kernels::voxel_cone::occlusion as kernel;
 use crate::bindings::kernels::voxel_cone::occlusion_resolve::ResolveInfo;
 use crate::components::voxel_pyramid::Pyramid;
 use crate::frame::Pixels;
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, target};
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders, target};
 use glam::UVec2;
 
 /// The compiled kernels with their targets.
@@ -35,19 +35,24 @@ struct Targets {
 const KEPT: usize = 4;
 
 impl OcclusionPass {
-    /// None where neither is asked for. `shaders`: of the scene, whose pixels are asked.
-    pub fn new(gpu: &Gpu, shaders: &Shaders, settings: &VoxelConeSettings) -> Option<Self> {
+    /// None where neither is asked for. `shaders`, `scene`: as of [`super::shade::ShadePass::new`].
+    pub fn new(
+        gpu: &Gpu,
+        shaders: &Shaders,
+        scene: Option<&SceneGroup>,
+        settings: &VoxelConeSettings,
+    ) -> Option<Self> {
         if !settings.occludes_diffuse && !settings.occludes_specular {
             return None;
         }
         let of_entry = |entry| {
             let name = "voxel_cone/occlusion";
-            ComputeKernel::with_entry(gpu, shaders, None, name, Some(entry), &[])
+            ComputeKernel::with_entry(gpu, shaders, scene, name, Some(entry), &[])
         };
         Some(Self {
             diffuse: settings.occludes_diffuse.then(|| of_entry(kernel::ENTRY_DIFFUSE)),
             specular: settings.occludes_specular.then(|| of_entry(kernel::ENTRY_SPECULAR)),
-            resolve: ComputeKernel::new(gpu, shaders, None, "voxel_cone/occlusion_resolve"),
+            resolve: ComputeKernel::new(gpu, shaders, scene, "voxel_cone/occlusion_resolve"),
             targets: Vec::new(),
         })
     }
@@ -80,6 +85,7 @@ impl OcclusionPass {
                 .bind("open", open)
                 .bind("pyramid", pyramid.uniform())
                 .with(pixels.bindings())
+                .scene(pixels.scene())
                 .dispatch(Dispatch::Area(size));
         }
         let info = ResolveInfo {
@@ -95,6 +101,7 @@ impl OcclusionPass {
             .bind("specular_open", &targets.full)
             .bind("occlusion", &targets.resolved)
             .with(pixels.bindings())
+            .scene(pixels.scene())
             .dispatch(Dispatch::Area(size));
         targets.resolved
     }

@@ -5,7 +5,7 @@ use super::settings::{Specular, VoxelConeSettings};
 use crate::bindings::kernels::voxel_cone::shade as kernel;
 use crate::components::voxel_pyramid::Pyramid;
 use crate::frame::Pixels;
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, target};
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders, target};
 use glam::UVec2;
 
 /// tan of half the mirror cone's aperture; 0: from the roughness.
@@ -25,12 +25,17 @@ pub(super) struct ShadePass {
 }
 
 impl ShadePass {
-    /// `shaders`: of the scene, whose pixels are asked.
-    pub fn new(gpu: &Gpu, shaders: &Shaders, pyramid: &Pyramid) -> Self {
+    /// `shaders`: with the module that tells what pixels see; `scene`: needed where that module asks the scene.
+    pub fn new(
+        gpu: &Gpu,
+        shaders: &Shaders,
+        scene: Option<&SceneGroup>,
+        pyramid: &Pyramid,
+    ) -> Self {
         let shaders = shaders.with_variant(pyramid.variant(shaders.variant()));
         let format = wgpu::TextureFormat::Rgba8Unorm;
         Self {
-            kernel: ComputeKernel::new(gpu, &shaders, None, "voxel_cone/shade"),
+            kernel: ComputeKernel::new(gpu, &shaders, scene, "voxel_cone/shade"),
             nothing: target(gpu, "no occlusion", UVec2::ONE, format),
         }
     }
@@ -59,6 +64,7 @@ impl ShadePass {
             .bind("indirect", light)
             .with(pyramid.field())
             .with(pixels.bindings())
+            .scene(pixels.scene())
             .dispatch(Dispatch::Area(pixels.size()));
     }
 }

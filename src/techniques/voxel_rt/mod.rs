@@ -59,7 +59,7 @@ impl VoxelRt {
         Ok(Self {
             settings,
             light: VoxelLight::new(gpu, scene, settings.into(), visibility, eye)?,
-            shade: ShadePass::new(gpu, scene.shaders()),
+            shade: ShadePass::new(gpu, scene.shaders(), Some(scene.group())),
         })
     }
 
@@ -113,6 +113,7 @@ impl Technique for VoxelRt {
         pixels: &Pixels,
         target: &wgpu::TextureView,
     ) -> Result<(), TechniqueError> {
+        pixels.check_target("target", target)?;
         let buffers = self.light.buffers();
         self.shade.record(recorder, buffers, pixels, self.settings.lookup, Shown::Light, target);
         Ok(())
@@ -129,6 +130,7 @@ impl Technique for VoxelRt {
         target: &wgpu::TextureView,
         name: &str,
     ) -> Result<(), TechniqueError> {
+        pixels.check_target("target", target)?;
         let shown = Shown::of_name(name);
         let shown = shown.ok_or_else(|| TechniqueError::NoDebugView(name.to_owned()))?;
         let buffers = self.light.buffers();

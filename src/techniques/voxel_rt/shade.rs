@@ -6,7 +6,7 @@ use crate::bindings::kernels::voxel_rt::shade as kernel;
 use crate::bindings::lucerna::fields::voxel_light;
 use crate::components::voxel_light::CacheBuffers;
 use crate::frame::Pixels;
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders};
 
 /// What is shown of the voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +46,10 @@ impl Shown {
 pub struct ShadePass(ComputeKernel);
 
 impl ShadePass {
-    /// Compiles the kernel. `shaders`: of the scene, whose pixels are asked.
-    pub fn new(gpu: &Gpu, shaders: &Shaders) -> Self {
-        Self(ComputeKernel::new(gpu, shaders, None, "voxel_rt/shade"))
+    /// Compiles the kernel. `shaders`: with the module that tells what pixels see; `scene`: needed where that module asks the
+    /// scene.
+    pub fn new(gpu: &Gpu, shaders: &Shaders, scene: Option<&SceneGroup>) -> Self {
+        Self(ComputeKernel::new(gpu, shaders, scene, "voxel_rt/shade"))
     }
 
     /// Records the look-ups of a picture into `target`, `rgba32float`.
@@ -82,6 +83,7 @@ impl ShadePass {
             .bind("indirect", target)
             .with(buffers.field(&buffers.shown))
             .with(pixels.bindings())
+            .scene(pixels.scene())
             .dispatch(Dispatch::Area(pixels.size()));
     }
 }

@@ -57,6 +57,15 @@ const N_SURFACE_SUMS: u32 = 10u;
 /// Sums of a record, of two words each.
 const N_SUMS: u32 = 11u;
 
+/// The slots that the sums in memory are of, and how emission is scaled in them.
+struct SlotRange {
+    first: u32,
+    n: u32,
+    /// The largest emission of a material [W·sr⁻¹·m⁻²].
+    brightest: f32,
+    reserved: u32,
+}
+
 /// What a face looks like.
 struct VoxelFace {
     /// Linear, 0 to 1.

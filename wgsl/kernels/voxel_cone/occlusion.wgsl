@@ -10,17 +10,12 @@
 
 #import lucerna::bsdf::ggx::spread_of_ggx
 #import lucerna::scene::pixel::{pixel_surface, view}
-#import lucerna::cone::cone_set::{drawn_cone_of_set, set_spread}
-#import lucerna::integrators::depth_openness::depth_openness
-#import lucerna::cone::march::{Cone, cells_across}
+#import lucerna::integrators::depth_openness::{direction_openness, hemisphere_openness}
+#import lucerna::cone::march::cells_across
 #import lucerna::fields::pyramid_layout::finest_cell
-#import lucerna::math::frame::frame_from_normal
-#import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::pcg::{pcg, pcg3d, unit_float}
 
 const WORKGROUP: u32 = 8u;
-/// Cones of the hemisphere.
-const N_CONES: u32 = 5u;
 
 struct OcclusionInfo {
     /// Where voxel cones begin over a surface across an axis [cells of the finest level there].
@@ -49,26 +44,16 @@ fn diffuse(@builtin(global_invocation_id) id: vec3<u32>) {
     let surface = pixel_surface(pixel);
     var sum = 1.0;
     if surface.is_surface {
-        let basis = frame_from_normal(surface.shading_normal);
         let hash = pcg3d(vec3<u32>(pixel, view.seed)).y;
-        let jitter = unit_float(pcg(hash + view.frame));
-        let normal = surface.geometric_normal;
-        let reach = reach_at(surface.position, normal);
-        sum = 0.0;
-        var weights = 0.0;
-        for (var ix = 0u; ix < N_CONES; ix++) {
-            let member = drawn_cone_of_set(N_CONES, ix, sobol_owen(view.frame, pcg(hash + ix)));
-            let direction = basis * member.direction;
-            let rise = dot(direction, normal);
-            if rise > 0.0 {
-                let spread = set_spread(N_CONES);
-                let cone = Cone(surface.position, spread, direction, reach / max(rise, 0.3), normal, 0.0);
-                sum += member.weight * depth_openness(cone, jitter);
-                weights += member.weight;
-            }
-        }
-        // (What a bent normal leads below the surface is dark to the voxels' cones already.)
-        sum = select(1.0, sum / weights, weights > 0.0);
+        sum = hemisphere_openness(
+            surface.position,
+            surface.geometric_normal,
+            surface.shading_normal,
+            reach_at(surface.position, surface.geometric_normal),
+            hash,
+            view.frame,
+            unit_float(pcg(hash + view.frame)),
+        );
     }
     textureStore(open, id.xy, vec4<f32>(sum, 0.0, 0.0, 0.0));
 }
@@ -81,17 +66,15 @@ fn specular(@builtin(global_invocation_id) id: vec3<u32>) {
     let surface = pixel_surface(id.xy);
     var found = 1.0;
     if surface.is_surface && !surface.lambert {
-        let direction = reflect(-surface.to_viewer, surface.shading_normal);
-        let normal = surface.geometric_normal;
-        let rise = dot(direction, normal);
-        if rise > 0.0 {
-            let alpha = surface.roughness * surface.roughness;
-            let spread = select(info.specular_spread, spread_of_ggx(alpha), info.specular_spread == 0.0);
-            let reach = reach_at(surface.position, normal) / max(rise, 0.3);
-            let cone = Cone(surface.position, spread, direction, reach, normal, 0.0);
-            let jitter = unit_float(pcg(pcg3d(vec3<u32>(id.xy, view.seed)).z + view.frame));
-            found = depth_openness(cone, jitter);
-        }
+        let alpha = surface.roughness * surface.roughness;
+        found = direction_openness(
+            surface.position,
+            surface.geometric_normal,
+            reflect(-surface.to_viewer, surface.shading_normal),
+            select(info.specular_spread, spread_of_ggx(alpha), info.specular_spread == 0.0),
+            reach_at(surface.position, surface.geometric_normal),
+            unit_float(pcg(pcg3d(vec3<u32>(id.xy, view.seed)).z + view.frame)),
+        );
     }
     textureStore(open, id.xy, vec4<f32>(found, 0.0, 0.0, 0.0));
 }

@@ -20,22 +20,13 @@
 #import lucerna::scene::types::SurfaceOver
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::vector::safe_normalize
-#import lucerna::components::voxels::attributes::{N_SUMS, N_SURFACE_SUMS, SUM_COVERAGE}
+#import lucerna::components::voxels::attributes::{N_SUMS, N_SURFACE_SUMS, SUM_COVERAGE, SlotRange}
 #import lucerna::components::voxels::attributes::{sums_of_surface, weight_of_part, weights_of_part}
 #import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::grid::VoxelGrid
 #import lucerna::components::voxels::work::{GridTriangle, cells_of_column, triangle_meets_cell}
 
 const WORKGROUP: u32 = 64u;
-
-/// The slots that `sums` has room for.
-struct SlotRange {
-    first: u32,
-    n: u32,
-    /// The largest emission of a material [W·sr⁻¹·m⁻²].
-    brightest: f32,
-    reserved: u32,
-}
 
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
 @group(1) @binding(1) var<uniform> range: SlotRange;

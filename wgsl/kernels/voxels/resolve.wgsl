@@ -5,20 +5,11 @@
 //! with all its faces.
 
 #import lucerna::math::dispatch::group_of_dispatch
-#import lucerna::components::voxels::attributes::{N_SUMS, RECORD_BACK, SUM_WEIGHT, encode_face, face_of_sums, float_of_sum}
+#import lucerna::components::voxels::attributes::{N_SUMS, RECORD_BACK, SUM_WEIGHT, SlotRange, encode_face, face_of_sums, float_of_sum}
 #import lucerna::components::voxels::counts::VoxelCounts
 #import lucerna::components::voxels::grid::VoxelGrid
 
 const WORKGROUP: u32 = 64u;
-
-/// The slots that `sums` has room for.
-struct SlotRange {
-    first: u32,
-    n: u32,
-    /// The largest emission of a material [W·sr⁻¹·m⁻²].
-    brightest: f32,
-    reserved: u32,
-}
 
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
 @group(1) @binding(1) var<uniform> range: SlotRange;

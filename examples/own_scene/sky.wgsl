@@ -1,0 +1,6 @@
+//! Nothing outside.
+#define_import_path lucerna::scene::sky
+
+fn sky_radiance(direction: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(0.0);
+}
