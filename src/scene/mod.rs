@@ -5,20 +5,25 @@
 //! read from a file by [`Scene::load`] or put together by hand, and given to the GPU by
 //! [`crate::gpu_scene::GpuScene`].
 
+// What only one of the formats asks for is unused where that one is off.
 #[cfg(any(feature = "gltf", feature = "obj"))]
+#[cfg_attr(not(all(feature = "gltf", feature = "obj")), allow(dead_code))]
 mod clean;
 mod error;
 #[cfg(feature = "gltf")]
 mod gltf;
 #[cfg(any(feature = "gltf", feature = "obj"))]
 mod image;
+#[cfg_attr(not(all(feature = "gltf", feature = "obj")), allow(dead_code))]
 mod limits;
 mod load;
 #[cfg(feature = "obj")]
 mod obj;
 #[cfg(any(feature = "gltf", feature = "obj"))]
+#[cfg_attr(not(all(feature = "gltf", feature = "obj")), allow(dead_code))]
 mod rebase;
 #[cfg(any(feature = "gltf", feature = "obj"))]
+#[cfg_attr(not(all(feature = "gltf", feature = "obj")), allow(dead_code))]
 mod resource;
 mod validate;
 
