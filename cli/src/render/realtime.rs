@@ -118,8 +118,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
             .ok_or("--shadows cones needs a technique that has cones: voxel-cone")?,
         _ => of_voxels,
     };
-    let what = FramesToRender {
-        size,
+    let what = settings!(FramesToRender {
         view: settings!(ViewSettings {
             n_accumulated: arguments.frames,
             seed: output.seed,
@@ -138,7 +137,8 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         }),
         n_warm_up: arguments.realtime.warm_up,
         timed: output.timings.is_some(),
-    };
+        ..FramesToRender::new(size, arguments.frames)
+    });
     let interrupted = interrupt_flag()?;
     if info.device_type == wgpu::DeviceType::Cpu {
         errln!("compiling the kernels (some seconds; the driver keeps them for next time)");
