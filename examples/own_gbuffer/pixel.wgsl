@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a pixel of the renderer's own G-buffer sees.
 #define_import_path lucerna::scene::pixel
 

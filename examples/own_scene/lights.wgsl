@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! One lamp without extent: whenever a light is drawn, it is the one, and no ray finds it.
 #define_import_path lucerna::scene::lights
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! No G-buffer: what a pixel sees is found by a ray.
 #define_import_path lucerna::scene::pixel
 

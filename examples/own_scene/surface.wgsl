@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Every quad reflects as Lambert, and none shines.
 #define_import_path lucerna::scene::surface
 

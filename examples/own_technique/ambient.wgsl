@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Even light from all sides, as far as it gets through: rays over the hemisphere, of which some are blocked nearby.
 //!
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1.
