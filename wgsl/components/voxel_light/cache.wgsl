@@ -48,6 +48,7 @@ const WALL_COSINE: f32 = 0.9;
 /// Where the count of deposits stands.
 const DEPOSITS_SHIFT: u32 = 16u;
 const DEPOSITS_MAX: u32 = 0x3fffu;
+const DEPOSITS_MASK: u32 = DEPOSITS_MAX << DEPOSITS_SHIFT;
 /// The newest of n hits has RECENCY/n of `indirect`, so that hit k weighs about k^(RECENCY − 1): what was
 /// learned before the light was in balance fades, and 3/4 of the samples' worth is kept.
 const RECENCY: f32 = 2.0;
@@ -154,11 +155,14 @@ fn n_deposits(light: FaceLight) -> u32 {
     return (light.state >> DEPOSITS_SHIFT) & DEPOSITS_MAX;
 }
 
-/// The record with the direct light of another, which was not found by its own rays but deposited.
+/// A record as [`renew`] returns it, with the deposits of another: its direct light, which was not found by its own rays.
+///
+/// `light`: without deposits. (They are added, not put into their place: the lavapipe of Mesa 25.0 loses them where
+/// `light.state & ~DEPOSITS_MASK` follows the packing in `renew`.)
 fn keep_deposits(light: FaceLight, before: FaceLight) -> FaceLight {
     var out = light;
     out.direct = before.direct;
-    out.state = (light.state & ~(DEPOSITS_MAX << DEPOSITS_SHIFT)) | (n_deposits(before) << DEPOSITS_SHIFT);
+    out.state = light.state | (before.state & DEPOSITS_MASK);
     return out;
 }
 
@@ -174,7 +178,7 @@ fn add_deposit(before: FaceLight, mean: vec4<f32>, light_frames: u32) -> FaceLig
     let known = select(before.direct, vec3<f32>(0.0), n_known == 0u);
     var after = before;
     after.direct = known + (mean.rgb - known) * (f32(n_new) / f32(max(n_known + n_new, 1u)));
-    after.state = (before.state & ~(DEPOSITS_MAX << DEPOSITS_SHIFT)) | ((n_known + n_new) << DEPOSITS_SHIFT);
+    after.state = (before.state & ~DEPOSITS_MASK) | ((n_known + n_new) << DEPOSITS_SHIFT);
     return after;
 }
 
