@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Techniques of global illumination. Each answers the same question in the same units, so that any two can be compared.
+//! Techniques of global illumination. All compute the same quantity in the same units, so that any two can be compared.
 //!
 //! | technique | what |
 //! |---|---|
@@ -27,19 +27,20 @@ use voxel_rt::{VoxelRt, VoxelRtSettings};
 
 pub use setting::{Setting, SettingChoice, SettingError, SettingKind, SettingValue, Settings};
 
-/// A real-time technique of indirect light.
+/// A real-time technique for indirect light.
 ///
-/// A technique is made by a function of its own (`new(&Gpu, &dyn SceneSeam, Settings, …)`), and is built from
-/// [components](crate::components). It can be a `Box<dyn Technique>`.
+/// Each technique has its own constructor (`new(&Gpu, &dyn SceneSeam, Settings, …)`), and is built from
+/// [components](crate::components). The trait is object-safe: `Box<dyn Technique>` works.
 pub trait Technique {
     /// Its name on the command line and in tables: `voxel-rt`.
     fn name(&self) -> &'static str;
 
-    /// Records bringing up to date what the technique keeps between frames: injects, gathers, bounces. Called
-    /// once a frame, before pixels are shaded. It compares the scene's revisions itself: nobody tells it what has changed.
+    /// Records the update of what the technique keeps between frames: it injects, gathers, bounces. Call it once a
+    /// frame, before pixels are shaded. It compares the scene's revisions itself, so no call is needed to report a
+    /// change.
     ///
     /// # Errors
-    /// The technique does not fit the scene any more. What was recorded until then does no harm.
+    /// The technique no longer fits the scene. What has been recorded so far does no harm.
     fn update(
         &mut self,
         recorder: &mut Recorder,
@@ -47,19 +48,18 @@ pub trait Technique {
         eye: &Eye,
     ) -> Result<(), TechniqueError>;
 
-    /// Whether there is any indirect light: else [`Self::shade`] need not be called.
+    /// Whether there is any indirect light. If not, [`Self::shade`] need not be called.
     fn shades(&self) -> bool {
         true
     }
 
-    /// Records indirect light of every pixel into `target`, a texture of the picture's size, `rgba32float` with
-    /// `STORAGE_BINDING`. rgb: radiance that the surface reflects
-    /// towards the camera \[W·sr⁻¹·m⁻²\] of light that was reflected at least once before; 0 where
-    /// there is no surface; a: ambient occlusion ([`reference::Channel::Openness`]), 1 if it is not
-    /// known.
+    /// Records the indirect light of every pixel into `target`, a texture of the picture's size, `rgba32float` with
+    /// `STORAGE_BINDING`. rgb: the radiance that the surface reflects towards the camera \[W·sr⁻¹·m⁻²\], of light that
+    /// was reflected at least once before; 0 where there is no surface. a: ambient occlusion
+    /// ([`reference::Channel::Openness`]), 1 if it is not known.
     ///
-    /// The surface as `scene::pixel::pixel_surface` returns it is what reflects: a white
-    /// Lambertian where irradiance is asked for.
+    /// The reflecting surface is the one that `scene::pixel::pixel_surface` returns: a white Lambertian one if
+    /// irradiance is requested.
     ///
     /// # Errors
     /// The technique cannot go on.
@@ -70,12 +70,12 @@ pub trait Technique {
         target: &wgpu::TextureView,
     ) -> Result<(), TechniqueError>;
 
-    /// What else than its light can be seen of the technique.
+    /// Views of the technique other than its light.
     fn debug_views(&self) -> &'static [DebugView] {
         &[]
     }
 
-    /// As [`Self::shade`], drawing a debug view by its name instead.
+    /// As [`Self::shade`], but records the debug view of this name.
     ///
     /// # Errors
     /// [`TechniqueError::NoDebugView`]
@@ -89,49 +89,50 @@ pub trait Technique {
         Err(TechniqueError::NoDebugView(name.to_owned()))
     }
 
-    /// Its settings as they are now, described.
+    /// Descriptions of its settings, with their current values.
     fn settings(&self) -> Vec<(Setting, SettingValue)>;
 
-    /// What can be counted of it: records, bytes, what was rejected or found no room.
+    /// Its statistics: records, bytes, what was rejected or did not fit.
     fn stats(&self) -> Vec<Stat> {
         Vec::new()
     }
 
-    /// What is worth saying about how it was laid out for the scene.
+    /// What the user should know about how it fits the scene.
     fn notices(&self) -> Vec<Notice> {
         Vec::new()
     }
 
-    /// What it keeps as an answer to how much of a light a point sees, for pixels to ask; None: it has none.
+    /// How pixels can query, from the technique's own data, how much of a light a point sees; None if the technique has
+    /// no such data.
     fn visibility(&self) -> Option<LightVisibility> {
         None
     }
 }
 
-/// Something about a technique and a scene, in a sentence.
+/// A remark about a technique and a scene, in one sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Notice {
-    /// Light will be missing or wrong.
+    /// Whether light will be missing or wrong.
     pub is_warning: bool,
     /// The sentence, without a full stop.
     pub text: String,
 }
 
 impl Notice {
-    /// What is good to know.
+    /// A remark that is good to know.
     pub fn note(text: String) -> Self {
         Self { is_warning: false, text }
     }
 
-    /// What will be wrong, and what to do about it.
+    /// A warning: what will be wrong, and what to do about it.
     pub fn warning(text: String) -> Self {
         Self { is_warning: true, text }
     }
 }
 
-/// Makes a technique from settings as text. `visibility`: what tells which lights it sees; the last argument: where the
-/// camera stands \[m\].
+/// Makes a technique from settings as text. `visibility`: how it decides which lights are visible; the last argument:
+/// the camera's position \[m\].
 type Make = fn(
     &Gpu,
     &dyn SceneSeam,
@@ -140,17 +141,17 @@ type Make = fn(
     Vec3,
 ) -> Result<Box<dyn Technique>, TechniqueError>;
 
-/// A technique that can be made by its name.
+/// A technique that can be created by its name.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct TechniqueEntry {
     /// Its name: `voxel-rt`.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// What it is, in one line.
     pub help: &'static str,
     /// Its settings.
     pub settings: &'static [Setting],
-    /// Their values where nobody says otherwise.
+    /// Their default values.
     pub defaults: fn() -> Vec<SettingValue>,
     make: Make,
 }
@@ -159,7 +160,7 @@ pub struct TechniqueEntry {
 pub const TECHNIQUES: &[TechniqueEntry] = &[
     TechniqueEntry::new::<NoSettings>(
         "direct",
-        "Direct light alone: rasterised, with ray-traced shadows",
+        "Only direct light: rasterised, with ray-traced shadows",
         |_, _, _, _, _| Ok(Box::new(NoIndirect)),
     ),
     TechniqueEntry::new::<VoxelRtSettings>(
@@ -188,7 +189,7 @@ impl TechniqueEntry {
         Self { name, help, settings: S::LIST, defaults: defaults::<S>, make }
     }
 
-    /// Makes the technique. `settings`: names and values of those that shall differ from the defaults.
+    /// Makes the technique. `settings`: names and values of the settings that differ from the defaults.
     ///
     /// # Errors
     /// A setting is unknown or out of range, or the technique cannot be made for this scene and device.
@@ -204,7 +205,7 @@ impl TechniqueEntry {
     }
 }
 
-/// Settings from names and values, in the order of the list: some depend on others before them.
+/// Settings from names and values, set in the order of the list, because some depend on others before them.
 fn read<S: Settings>(given: &[(&str, &str)]) -> Result<S, SettingError> {
     let mut settings = S::default();
     let place = |name: &str| S::LIST.iter().position(|setting| setting.name == name);
@@ -216,7 +217,7 @@ fn read<S: Settings>(given: &[(&str, &str)]) -> Result<S, SettingError> {
     Ok(settings)
 }
 
-/// Of a technique that has none.
+/// Settings of a technique that has none.
 #[derive(Clone, Copy, Debug, Default)]
 struct NoSettings;
 
@@ -230,13 +231,13 @@ impl Settings for NoSettings {
     fn set(&mut self, _ix: usize, _value: SettingValue) {}
 }
 
-/// Something of a technique that can be looked at instead of its light.
+/// A view of a technique's data, shown instead of its light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DebugView {
     /// As [`Technique::shade_debug_view`] takes it.
     pub name: &'static str,
-    /// What is to be seen.
+    /// What it shows.
     pub help: &'static str,
 }
 
@@ -247,21 +248,21 @@ impl DebugView {
     }
 }
 
-/// A number about a technique.
+/// A statistic of a technique.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Stat {
     /// What is counted.
     pub name: &'static str,
-    /// Of what: `bytes`, `faces`, …
+    /// Its unit: `bytes`, `faces`, …
     pub unit: &'static str,
-    /// Where the number stands.
+    /// Where to read the number.
     pub source: StatSource,
-    /// Of what should be 0: what to do where it is more, for then light is missing or wrong.
+    /// For a number that should be 0: what to do if it is not, because light is missing or wrong then.
     pub fault: Option<&'static str>,
 }
 
-/// Where a [`Stat`] stands.
+/// Where to read a [`Stat`].
 #[derive(Clone, Debug)]
 pub enum StatSource {
     /// The CPU knows it.
@@ -271,7 +272,7 @@ pub enum StatSource {
 }
 
 impl Stat {
-    /// What the CPU knows.
+    /// A number that the CPU knows.
     pub fn known(name: &'static str, unit: &'static str, number: u64) -> Self {
         Self { name, unit, source: StatSource::Known(number), fault: None }
     }
@@ -281,14 +282,14 @@ impl Stat {
         Self { name, unit, source: StatSource::Buffer(buffer.clone(), at), fault: None }
     }
 
-    /// The same as something that should be 0, with what to do where it is more.
+    /// Marks the number as one that should be 0, with advice on what to do if it is not.
     pub fn fault(mut self, advice: &'static str) -> Self {
         self.fault = Some(advice);
         self
     }
 }
 
-/// A technique could not be set up, or a frame not be recorded.
+/// A technique could not be created, or a frame could not be recorded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TechniqueError {
@@ -321,7 +322,7 @@ pub enum TechniqueError {
     Other(#[from] Box<dyn std::error::Error + Send + Sync>),
 }
 
-// What means the same is the same, wherever it was found.
+// Errors of the same meaning become the same variant, wherever they were found.
 impl From<VoxelLightError> for TechniqueError {
     fn from(error: VoxelLightError) -> Self {
         match error {
@@ -365,7 +366,7 @@ impl From<ShadowError> for TechniqueError {
     }
 }
 
-/// No indirect light: direct light alone.
+/// No indirect light, only direct light.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoIndirect;
 
