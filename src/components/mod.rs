@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What several techniques are built from. A component keeps something on the GPU, brings it up to date, and offers it to
-//! kernels that look it up (`wgsl/fields/`).
+//! The parts from which techniques are built. A component keeps data on the GPU, updates it, and offers it to kernels,
+//! which look it up (`wgsl/fields/`).
 //!
 //! | component | keeps |
 //! |---|---|
