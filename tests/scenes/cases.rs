@@ -66,7 +66,7 @@ fn lines_may_end_in_a_carriage_return_alone() {
 
 #[test]
 fn decimal_commas_are_read_and_named() {
-    is_quad(&warned("obj_odd/comma.obj", &["line 1: decimal comma, read as a point (4 in all)"]));
+    is_quad(&warned("obj_odd/comma.obj", &["line 1: decimal comma, read as a point (4 in total)"]));
 }
 
 #[test]

@@ -157,7 +157,7 @@ fn overlays_that_no_variant_takes_are_refused() {
 fn overlays_must_replace_one_module_once() {
     let root = fixtures("broken_wgsl/overlay_of_nothing");
     let file = "variants/rays/ray_query/scene/rayz.wgsl";
-    let message = "replaces `lucerna::scene::rayz`, which is not there";
+    let message = "replaces `lucerna::scene::rayz`, which does not exist";
     assert_one(&root, AXES, (Rule::UnknownVariant, file, 1, 1, message));
     let root = fixtures("broken_wgsl/overlay_on_two_axes");
     let file = "variants/textures/none/scene/rays.wgsl";
