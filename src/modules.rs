@@ -94,7 +94,7 @@ pub fn kernels() -> &'static [Kernel] {
 /// use lucerna::shader::{NO_TEXTURES, SHADOW_MAPS, Variant};
 ///
 /// let variant = Variant::BASELINE.with(NO_TEXTURES).with(SHADOW_MAPS);
-/// // Copying light asks neither textures nor lights.
+/// // Copying light uses neither textures nor lights.
 /// assert_eq!(lucerna::kernel("voxel_light/carry", variant).unwrap().variant, Variant::BASELINE);
 /// assert_eq!(lucerna::kernel("frame/direct", variant).unwrap().variant, variant);
 /// ```

@@ -1,4 +1,4 @@
-// The renderer's own pass: nothing of lucerna in it.
+// The renderer's own pass, which does not use lucerna.
 
 struct Camera {
     clip_from_world: mat4x4<f32>,

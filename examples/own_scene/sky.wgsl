@@ -1,4 +1,4 @@
-//! Nothing outside.
+//! A black sky.
 #define_import_path lucerna::scene::sky
 
 fn sky_radiance(direction: vec3<f32>) -> vec3<f32> {

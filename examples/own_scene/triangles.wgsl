@@ -1,4 +1,4 @@
-//! Two triangles to a quad: the even one at its corner, the odd one opposite.
+//! Two triangles per quad: the even one at its corner, the odd one opposite.
 #define_import_path lucerna::scene::triangles
 
 #import lucerna::scene::types::TriangleCorners

@@ -4,7 +4,7 @@
 //!
 //! | component | keeps |
 //! |---|---|
-//! | [`voxels`] | which cells of a grid surfaces meet, and what they look like there |
+//! | [`voxels`] | which cells of a grid surfaces intersect, and what they look like there |
 //! | [`voxel_light`] | irradiance of the voxels' faces, in nested grids around the eye |
 //! | [`voxel_pyramid`] | light and opacity of ever coarser voxels, for cones |
 //! | [`shadow_maps`] | what lights see |

@@ -15,7 +15,7 @@ use glam::UVec2;
 pub struct DirectSettings {
     /// Samples of emissive triangles and the sky, per pixel and frame.
     pub n_samples: u32,
-    /// Samples of the BSDF, per pixel and frame, which hit lights by chance: they reduce the noise of large, near
+    /// Samples of the BSDF, per pixel and frame, which hit lights by chance: they reduce the noise of bright, near
     /// lights and of reflections in glossy surfaces. 0: none; the mean is the same, with more noise.
     pub n_bsdf_samples: u32,
 }

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! View::advance      camera, jitter, matrices          -> what kernels bind as `view`
-//! ShadowMaps         what lights see, where asked for  -> depth maps
+//! ShadowMaps         what lights see, if used          -> depth maps
 //! Technique::update  what the technique keeps up to date
 //! GBufferPass        rasterises the scene              -> GBuffer
 //! DirectPass         lights; shadows by rays, maps or cones -> radiance

@@ -513,7 +513,7 @@ impl<'c> ComputeCall<'c, '_> {
         let recorded = &mut pass.pass;
         recorded.set_pipeline(&kernel.pipeline);
         if kernel.groups.layouts[0].is_some() {
-            let scene = scene.unwrap_or_else(|| panic!("{} asks the scene", kernel.name()));
+            let scene = scene.unwrap_or_else(|| panic!("{} needs a scene", kernel.name()));
             recorded.set_bind_group(0, &scene.group, &[]);
         }
         for (ix, group, offsets) in &groups {
@@ -633,7 +633,7 @@ impl RenderKernel {
         let recorded = &mut pass.pass;
         recorded.set_pipeline(&self.pipeline);
         if self.groups.layouts[0].is_some() {
-            let scene = scene.unwrap_or_else(|| panic!("{} asks the scene", self.groups.name));
+            let scene = scene.unwrap_or_else(|| panic!("{} needs a scene", self.groups.name));
             recorded.set_bind_group(0, &scene.group, &[]);
         }
         for (ix, group, offsets) in &groups {

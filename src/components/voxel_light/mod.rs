@@ -310,7 +310,7 @@ impl VoxelLight {
         }
         let faults = [
             ("light was not finite and counts as dark", "faces", "please report it"),
-            ("fewer samples than asked for", "faces", LOOPS_ENDED),
+            ("fewer samples than requested", "faces", LOOPS_ENDED),
         ];
         for ((name, unit, advice), at) in faults.into_iter().zip([0, 4]) {
             stats.push(Stat::counted(name, unit, &of.faults, at).fault(advice));

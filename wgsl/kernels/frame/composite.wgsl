@@ -18,7 +18,7 @@ struct CompositeInfo {
     /// First row of the picture whose sums are in `sums`.
     first_row: u32,
     n_rows: u32,
-    /// 1: `sums` are empty and start again.
+    /// 1: the sums start again from zero.
     is_first: u32,
     /// 1: `indirect` is read; 0: there is none.
     has_indirect: u32,
