@@ -94,6 +94,8 @@ pub mod compare;
 #[cfg(feature = "gpu")]
 pub mod components;
 #[cfg(feature = "gpu")]
+pub mod film;
+#[cfg(feature = "gpu")]
 pub mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -102,9 +104,13 @@ pub mod gpu_scene;
 pub mod picture;
 #[cfg(feature = "gpu")]
 pub mod rays;
+#[cfg(feature = "gpu")]
+pub mod report;
 pub mod scene;
 #[cfg(feature = "gpu")]
 pub mod seam;
+#[cfg(feature = "gpu")]
+pub mod setting;
 pub mod shader;
 #[cfg(feature = "gpu")]
 pub mod techniques;

@@ -25,6 +25,7 @@ mod kernels;
 mod progress;
 mod render;
 mod scene_args;
+mod sheet;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -49,6 +50,8 @@ enum Command {
     Reference(render::ReferenceArguments),
     /// Measure how much a picture differs from another.
     Compare(compare::CompareArguments),
+    /// Put pictures side by side, with labels and with how much each differs from the first.
+    Sheet(sheet::SheetArguments),
     /// List the kernels, or describe one: bindings, workgroup size, imports.
     Kernels(kernels::KernelsArguments),
     /// Write kernels as self-contained files.
@@ -76,6 +79,7 @@ fn main() -> ExitCode {
         Command::Render(arguments) => render::render(&arguments),
         Command::Reference(arguments) => render::reference(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
+        Command::Sheet(arguments) => sheet::sheet(&arguments),
         Command::Kernels(arguments) => kernels::kernels(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),

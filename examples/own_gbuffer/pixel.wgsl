@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The surface that a pixel sees, from the renderer's own G-buffer.
 #define_import_path lucerna::scene::pixel
 

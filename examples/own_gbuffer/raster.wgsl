@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The renderer's own pass, which does not use lucerna.
 
 struct Camera {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! One lamp without extent: it is every sampled light, and no ray hits it.
 #define_import_path lucerna::scene::lights
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! No G-buffer: a ray finds the surface that a pixel sees.
 #define_import_path lucerna::scene::pixel
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The renderer's own data: parallelograms in a storage buffer, one lamp, and no sky.
 #define_import_path own::quads
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays against every quad.
 #define_import_path lucerna::scene::rays
 

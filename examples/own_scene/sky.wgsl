@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A black sky.
 #define_import_path lucerna::scene::sky
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Every quad is Lambertian, and none emits light.
 #define_import_path lucerna::scene::surface
 

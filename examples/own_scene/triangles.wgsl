@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Two triangles per quad: the even one at its corner, the odd one opposite.
 #define_import_path lucerna::scene::triangles
 

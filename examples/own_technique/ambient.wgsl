@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Uniform light from all sides, with occlusion by what is near: rays over the hemisphere, some of which are blocked.
 //!
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1.

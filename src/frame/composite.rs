@@ -4,9 +4,9 @@
 use super::{Pixels, check_size};
 use crate::bindings::kernels::frame::composite::CompositeInfo;
 use crate::bindings::lucerna::camera::primary_ray::Camera;
+use crate::film::Film;
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, radiance_target, target};
 use crate::seam::{Mismatch, Revisions, SceneSeam, check_shaders};
-use crate::techniques::reference::Film;
 use glam::UVec2;
 
 /// Sums over frames, of the same form as the reference's: they give all its channels.
@@ -37,7 +37,7 @@ impl Accumulator {
         self.n_frames
     }
 
-    /// Sums of all channels, which [`resolve`](crate::techniques::reference::resolve) turns into pictures.
+    /// Sums of all channels, which [`resolve`](crate::film::resolve) turns into pictures.
     pub fn film(&self) -> &Film {
         &self.film
     }

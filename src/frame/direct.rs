@@ -91,7 +91,7 @@ impl DirectPass {
     /// Records one dispatch.
     ///
     /// # Errors
-    /// The scene is not what the kernel was compiled for, or sizes differ.
+    /// The scene differs from the one that the kernel was compiled for, or sizes differ.
     pub fn record(
         &self,
         recorder: &mut Recorder,

@@ -22,9 +22,11 @@
 //! | `frame/direct` | scene, view, pixels | `rgba32float` radiance, a count of rejected pixels |
 //! | `frame/composite` | scene (the sky), view, pixels, direct, indirect | sums, `rgba32float` beauty |
 
+mod camera;
 mod composite;
 mod direct;
 mod gbuffer;
+mod technique;
 mod view;
 
 use crate::components::LightVisibility;
@@ -32,14 +34,15 @@ use crate::components::shadow_maps::ShadowMaps;
 use crate::components::voxel_light::Eye;
 use crate::gpu::{Bindings, Gpu, GpuError, Recorder, Resource, SceneGroup, radiance_target};
 use crate::seam::{Mismatch, SceneSeam};
-use crate::techniques::{Technique, TechniqueError};
 use glam::UVec2;
 
 pub use crate::bindings::lucerna::camera::primary_ray::Camera as ShaderCamera;
 pub use crate::bindings::lucerna::frame::view::FrameView;
+pub(crate) use camera::camera_for_size;
 pub use composite::{Accumulator, CompositePass};
 pub use direct::{DirectPass, DirectSettings};
 pub use gbuffer::{GBuffer, GBufferPass};
+pub use technique::{DebugView, Technique, TechniqueError};
 pub use view::{View, ViewSettings};
 
 /// The surfaces that the pixels of a picture see: bindings of `lucerna::scene::pixel`. [`GBuffer`] is lucerna's own
@@ -55,6 +58,12 @@ pub trait PixelSurfaces {
     /// Bind group 0, if the module uses the scene.
     fn scene(&self) -> Option<&SceneGroup> {
         None
+    }
+}
+
+impl From<&View> for Eye {
+    fn from(view: &View) -> Self {
+        Self::of_camera(view.data().camera)
     }
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The camera of a frame: matrices, jitter, and the uniform that all kernels share.
 
+use super::camera_for_size;
 use crate::bindings::lucerna::frame::view::FrameView;
 use crate::scene::{Camera, Projection};
 use crate::seam::{SceneFacts, SceneSeam};
-use crate::techniques::reference::camera_for_size;
 use glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec2};
 
 /// Settings of a view, besides the camera and the scene.

@@ -3,7 +3,7 @@
 
 use super::atlas::{Atlas, Encoding};
 use crate::bindings::lucerna::scene::data as wgsl;
-use crate::rays::NONE;
+use crate::bindings::lucerna::scene::types::NONE;
 use crate::scene::{AlphaMode, Material, Scene, TextureRef};
 use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
 

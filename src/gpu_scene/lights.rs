@@ -2,7 +2,7 @@
 //! The list from which kernels sample lights: punctual lights, emissive triangles, the sky.
 
 use crate::bindings::lucerna::scene::data as wgsl;
-use crate::rays::NONE;
+use crate::bindings::lucerna::scene::types::NONE;
 use crate::scene::{Light, Material, Scene, Texture};
 use crate::seam::LightPeak;
 use glam::Vec3;

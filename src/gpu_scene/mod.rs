@@ -12,8 +12,8 @@ mod surroundings;
 use crate::bindings::lucerna::scene::data::{
     self as wgsl, MATERIAL_TEXELS, MATERIALS_PER_ROW, SceneInfo,
 };
+use crate::bindings::lucerna::scene::types::NONE;
 use crate::gpu::{Bindings, Gpu, GpuError, Recorder, SceneGroup, Shaders};
-use crate::rays::NONE;
 use crate::scene::{Light, Material, Scene, Sky};
 use crate::seam::{Change, PunctualLight, Revisions, SceneFacts, SceneSeam, Surroundings};
 use crate::shader::{NO_TEXTURES, RAY_QUERY, Variant};

@@ -45,8 +45,11 @@ fn techniques(scene: &GpuScene) -> Vec<Box<dyn Technique>> {
     ]
 }
 
+/// A part of a recording.
+type Part<'a> = Box<dyn FnOnce(&mut Recorder) + 'a>;
+
 /// Runs parts of a recording: each in a submission of its own, or all in one.
-fn run(parts: Vec<Box<dyn FnOnce(&mut Recorder) + '_>>, in_one: bool) {
+fn run(parts: Vec<Part<'_>>, in_one: bool) {
     if in_one {
         submit(|recorder| parts.into_iter().for_each(|part| part(recorder)));
     } else {
@@ -74,7 +77,7 @@ fn frames(in_one: bool) -> Vec<Vec<u8>> {
             RefCell::new((passes, View::new(size)))
         })
         .collect();
-    let mut parts: Vec<Box<dyn FnOnce(&mut Recorder) + '_>> = Vec::new();
+    let mut parts: Vec<Part<'_>> = Vec::new();
     for frame in 0..3 {
         for (technique, rig) in techniques.iter().flat_map(|t| rigs.iter().map(move |r| (t, r))) {
             let (scene, camera) = (&scene, &camera);

@@ -160,6 +160,46 @@ fn every_source_has_a_licence() {
     assert!(wrong.is_empty(), "no SPDX line in\n{}", wrong.join("\n"));
 }
 
+/// Which of the crate's modules a module's files name. (Comments may name any.)
+fn used_modules(of: &str) -> BTreeSet<String> {
+    let own = |file: &String| {
+        file.strip_prefix("src/").and_then(|rest| rest.split(['/', '.']).next()) == Some(of)
+    };
+    let mut used = BTreeSet::new();
+    for file in files_in("src").into_iter().filter(own) {
+        let text = fs::read_to_string(root().join(&file)).unwrap();
+        let code = text.lines().map(|line| line.split("//").next().unwrap_or_default());
+        for part in code.flat_map(|line| line.split("crate::").skip(1)) {
+            let name: String =
+                part.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            used.insert(name);
+        }
+    }
+    used.remove(of);
+    used
+}
+
+#[test]
+fn modules_use_each_other_without_circles() {
+    let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    let mut left: BTreeMap<String, BTreeSet<String>> = text
+        .lines()
+        .filter_map(|line| line.trim_start_matches("pub ").strip_prefix("mod "))
+        .map(|rest| rest.trim_end_matches(';').to_owned())
+        .map(|name| (name.clone(), used_modules(&name)))
+        .collect();
+    assert!(left.len() > 12 && left["frame"].contains("components"), "{left:?}");
+    // Modules that use none of those that are left, until there are none.
+    loop {
+        let names: BTreeSet<String> = left.keys().cloned().collect();
+        left.retain(|_, used| used.intersection(&names).next().is_some());
+        if left.len() == names.len() {
+            break;
+        }
+    }
+    assert!(left.is_empty(), "modules that use each other in a circle, or one of these: {left:#?}");
+}
+
 #[test]
 fn every_module_has_a_purpose() {
     let mut wrong = Vec::new();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `kernels`, `export`, `compare`, `doctor`.
+//! `kernels`, `export`, `compare`, `sheet`, `doctor`.
 
 use crate::support::{empty_folder, fixture, has_adapter, lucerna, names_in, path, run};
 use lucerna::naga;
@@ -188,4 +188,46 @@ fn doctor_lists_adapters() {
     ] {
         assert!(doctor.stdout.contains(part), "{doctor}");
     }
+}
+
+/// Pictures stand side by side, each under its label and its distance to the first.
+#[test]
+fn sheet_puts_pictures_side_by_side() {
+    use lucerna::glam::Vec3;
+    use lucerna::picture::{Picture, PngOptions};
+
+    let folder = empty_folder("sheet");
+    let plain = |name: &str, width: u32, value: f32| {
+        let rgb = vec![Vec3::new(value, 0.25, 0.0); width as usize * 20];
+        let file = folder.join(name);
+        Picture { width, height: 20, rgb }.write(&file, &PngOptions::default()).unwrap();
+        file
+    };
+    let (first, second) = (plain("first.exr", 60, 0.5), plain("second.exr", 60, 1.0));
+    let narrow = plain("narrow.exr", 30, 0.5);
+    let out = folder.join("sheet.exr");
+    let labelled = format!("twice as red={}", path(&second));
+    run(&["sheet", path(&first), &labelled, path(&narrow), "--columns", "2", "-o", path(&out)])
+        .exits(0);
+
+    // 8 pixels between and around, 28 for the text.
+    let sheet = Picture::read(&out).unwrap();
+    assert_eq!((sheet.width, sheet.height), (8 + 2 * 68, 8 + 2 * 56));
+    let at = |x: u32, y: u32| sheet.rgb[(y * sheet.width + x) as usize];
+    for (x, y, red) in [(8, 36, 0.5), (67, 55, 0.5), (76, 36, 1.0), (8, 92, 0.5), (37, 111, 0.5)] {
+        assert_eq!(at(x, y), Vec3::new(red, 0.25, 0.0), "{x} {y}");
+    }
+    for (x, y) in [(7, 36), (68, 36), (75, 55), (8, 56), (38, 92), (143, 119)] {
+        assert_eq!(at(x, y), Vec3::ONE, "{x} {y}");
+    }
+    let ink = |x: u32, y: u32| {
+        let places = (x..x + 60).flat_map(|x| (y..y + 14).map(move |y| (x, y)));
+        places.filter(|&(x, y)| at(x, y) == Vec3::ZERO).count()
+    };
+    assert!(ink(8, 8) > 50 && ink(76, 8) > 50 && ink(8, 64) > 50, "labels");
+    assert!(ink(8, 22) == 0 && ink(76, 22) > 30 && ink(8, 78) > 30, "figures");
+
+    run(&["sheet", "-o", path(&out)]).exits(2);
+    run(&["sheet", "label=", "-o", path(&out)]).exits(2);
+    run(&["sheet", "there_is_none.png", "-o", path(&out)]).exits(1).says(&["there_is_none.png"]);
 }

@@ -33,10 +33,9 @@ use crate::components::voxels::{
     RECORD_GROUPS_OFFSET, Triangles, VOXEL_GROUPS_OFFSET, VoxelError, VoxelGrid, Voxelizer,
     n_bricks,
 };
-use crate::frame::View;
 use crate::gpu::{Dispatch, Gpu, GpuError, Recorder, Shaders};
+use crate::report::{Notice, Stat};
 use crate::seam::{Mismatch, Revisions, SceneSeam, check_shaders};
-use crate::techniques::{Notice, Stat};
 use glam::{IVec3, UVec3, Vec3};
 use levels::{MAX_LEVELS, corner_around};
 
@@ -101,11 +100,9 @@ impl Eye {
     pub fn at(position: Vec3) -> Self {
         Self { position, camera: None }
     }
-}
 
-impl From<&View> for Eye {
-    fn from(view: &View) -> Self {
-        let camera = view.data().camera;
+    /// A camera, as kernels have it.
+    pub fn of_camera(camera: Camera) -> Self {
         Self { position: camera.position, camera: Some(camera) }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::levels::MAX_LEVELS;
 use super::{Bounces, Levels};
-use crate::techniques::{Setting, SettingKind, SettingValue};
+use crate::setting::{Setting, SettingKind, SettingValue};
 
 pub(crate) const ANISOTROPIC: Setting = Setting::new(
     "anisotropic",

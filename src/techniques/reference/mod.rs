@@ -4,20 +4,16 @@
 //! [`PathTracer`] records dispatches into the caller's command encoder; a [`Film`] holds the sums of a picture's pixels
 //! between dispatches. The result is the same to the last bit for any number of dispatches.
 
-mod camera;
-mod film;
-
 use crate::bindings::kernels::reference::path_trace::StripeInfo;
 use crate::bindings::lucerna::integrators::path::PathSettings;
+use crate::frame::camera_for_size;
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, buffer};
 use crate::scene::Camera;
 use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec2;
 
-pub use crate::bindings::lucerna::frame::pixel_sums::PixelSums;
 pub use crate::bindings::lucerna::integrators::path::Path;
-pub(crate) use camera::for_size as camera_for_size;
-pub use film::{Channel, Film, LongSums, Stripe, resolve};
+pub use crate::film::{Channel, Film, LongSums, PixelSums, Stripe, resolve};
 
 /// What to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,7 +176,7 @@ impl PathTracer {
         self.kernel
             .call(&mut recorder.compute(self.kernel.name()))
             .scene(scene.group())
-            .uniform("camera", &camera::for_size(camera, settings.size))
+            .uniform("camera", &camera_for_size(camera, settings.size))
             .uniform("settings", &path_settings)
             .uniform("stripe", &stripe_info)
             .bind("sums", &stripe.sums)

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sums of samples, on the GPU and as pictures.
 
-use super::PixelSums;
 use crate::gpu::Gpu;
 use crate::picture::Picture;
 use glam::{UVec2, Vec3};
 use std::f32::consts::PI;
+
+pub use crate::bindings::lucerna::frame::pixel_sums::PixelSums;
 
 /// Pixels of one buffer: 80 MiB, well below WebGPU's 128 MiB for a binding.
 const STRIPE_PIXELS: u32 = 1 << 20;
@@ -152,7 +153,7 @@ pub enum Channel {
     Direct,
     /// Radiance reflected more than once.
     Indirect,
-    /// Irradiance at the first surface [W·m⁻²]; needs [`super::ReferenceSettings::irradiance`].
+    /// Irradiance at the first surface [W·m⁻²]; needs [`crate::techniques::reference::ReferenceSettings::irradiance`].
     Irradiance,
     /// Base colour of the first surface, 0 where there is none.
     Albedo,
@@ -162,8 +163,9 @@ pub enum Channel {
     Depth,
     /// Ambient occlusion as openness, in all three components: the cosine-weighted share of the first surface's
     /// hemisphere in which there is nothing within the requested distance
-    /// ([`super::ReferenceSettings::occlusion_distance`], [`crate::frame::ViewSettings::occlusion_distance`]); 1 where
-    /// there is no surface, or if the technique does not compute it.
+    /// ([`crate::techniques::reference::ReferenceSettings::occlusion_distance`],
+    /// [`crate::frame::ViewSettings::occlusion_distance`]); 1 where there is no surface, or if the technique does not
+    /// compute it.
     Openness,
 }
 

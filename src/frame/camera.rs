@@ -7,7 +7,7 @@ use glam::UVec2;
 
 /// The camera for a picture of this size: the vertical field of view is the camera's, the
 /// horizontal one follows the picture's shape.
-pub fn for_size(camera: &Camera, size: UVec2) -> wgsl::Camera {
+pub fn camera_for_size(camera: &Camera, size: UVec2) -> wgsl::Camera {
     let (half_height, orthographic) = match camera.projection {
         Projection::Perspective { vertical_fov } => ((0.5 * vertical_fov).tan(), 0),
         Projection::Orthographic { half_height } => (half_height, 1),
