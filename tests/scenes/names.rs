@@ -283,7 +283,8 @@ fn a_library_in_a_folder_of_another_case() {
     assert_eq!(loaded.scene.images[0].rgba, [[10, 20, 30, 255]]);
     if cfg!(target_os = "linux") {
         // One for the library; its texture is named as it is called.
-        let named = "mtllib SUB\\L.mtl: named `SUB\\L.mtl`, but the file is called `sub/l.mtl`, which is read";
+        let named =
+            "mtllib SUB\\L.mtl: named `SUB\\L.mtl`, but the file is called `sub/l.mtl`; it is read";
         assert_eq!(shown(&loaded), [named]);
     }
 }
