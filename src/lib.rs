@@ -1,43 +1,44 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! lucerna: real-time global illumination as WGSL modules with generated host bindings.
 //!
-//! The algorithms are WGSL files under `wgsl/`. The build script checks them, composes each kernel,
-//! and generates the Rust side of their structs and constants.
+//! The algorithms are WGSL files under `wgsl/`. The build script checks them, composes each kernel, and generates the Rust
+//! side of their structs and constants. Three techniques use them today: the path tracer
+//! ([`techniques::reference`](mod@techniques::reference)), which is the ground truth, and two real-time techniques,
+//! [`techniques::voxel_rt`] and [`techniques::voxel_cone`].
 //!
 //! # Where is what
 //!
 //! | to … | look at |
 //! |---|---|
-//! | take WGSL into a renderer of one's own | [`modules()`], [`kernels`], [`WGSL_DIR`], [`library`], [`shader`] |
-//! | open a device, or wrap one that is there; call kernels | [`gpu`] |
-//! | load a glTF or OBJ file, or put a scene together | [`scene`] |
-//! | bring a scene to the GPU: bind group 0 of every kernel | [`gpu_scene`] |
-//! | put a scene of one's own behind the techniques | [`seam`] |
+//! | take WGSL into your own renderer | [`modules()`], [`kernels()`], [`WGSL_DIR`], `library()` and [`shader`] |
+//! | open a device, or wrap your own; record passes | [`gpu`] |
+//! | load a glTF or OBJ file, or build a scene in code | [`scene`] |
+//! | upload a scene to the GPU | [`gpu_scene`] |
+//! | use lucerna's kernels on your own scene | [`seam`] |
 //! | render frames: G-buffer, direct light, a technique's indirect light | [`frame`] |
-//! | trace paths | [`techniques::reference`] |
-//! | light indirectly by voxels | [`techniques::voxel_rt`], [`techniques::voxel_cone`] |
-//! | build a technique | [`techniques`], [`components`] |
+//! | choose a technique, or write one | [`techniques`], [`frame::Technique`], [`setting`], [`report`] |
+//! | build on what techniques share: voxels, their light, prefiltered voxels, shadow maps | [`components`] |
+//! | read a picture back and pick a channel | [`film`] |
 //! | trace many rays at once | [`rays`] |
 //! | read and write PNG, EXR and HDR | [`picture`] |
 //! | wait for the GPU | [`blocking`] |
-//! | measure how far two pictures differ | [`compare`] |
-//! | test WGSL by numbers | [`testing`] |
+//! | measure how far apart two pictures are (feature `compare`) | `compare` |
+//! | test your own WGSL by numbers (feature `testing`) | `testing` |
 //!
 //! # A picture
 //!
 //! ```
-//! # #[cfg(all(feature = "gltf", feature = "vulkan"))]
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! use lucerna::{blocking, gpu::AdapterChoice, gpu_scene::GpuScene, scene::Scene};
-//! use lucerna::settings;
-//! use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
+//! use lucerna::film::{Channel, resolve};
+//! use lucerna::techniques::reference::ReferenceSettings;
+//! use lucerna::{blocking, gpu::AdapterChoice, gpu_scene::GpuScene, scene::Scene, settings};
 //!
 //! let file = "fixtures/scenes/cornell_original/cornell_original.gltf";
 //! let scene = Scene::load(file.as_ref(), &Default::default())?.scene;
 //! let (gpu, _adapter) = blocking::open(&AdapterChoice::Auto)?;
 //! let gpu_scene = GpuScene::new(&gpu, &scene, Default::default())?;
 //! let size = glam::UVec2::new(32, 32);
-//! let settings = settings!(ReferenceSettings { size, n_bounces: 4 });
+//! let settings = settings!(ReferenceSettings { n_bounces: 4, ..ReferenceSettings::new(size) });
 //! let (sums, _) = blocking::render_reference(
 //!     &gpu, &gpu_scene, &scene.cameras[0], &settings, 4, |_progress| true,
 //! )?;
@@ -45,13 +46,11 @@
 //! assert_eq!(picture.rgb.len(), 32 * 32);
 //! # Ok(())
 //! # }
-//! # #[cfg(not(all(feature = "gltf", feature = "vulkan")))]
-//! # fn main() {}
 //! ```
 //!
-//! `blocking` is for programs: it opens a device and waits for it. A renderer gives its own device
-//! to [`gpu::Gpu::new`] and records [`techniques::reference::PathTracer::record`] or
-//! [`rays::RayKernel::record`] into its own encoder. Nothing outside `blocking` submits work or waits.
+//! [`blocking`] is for programs: it opens a device and waits for it. A renderer gives its own device to [`gpu::Gpu::new`] and
+//! records into its own command encoder through a [`gpu::Recorder`]. Apart from `blocking`, `testing`, and building an
+//! acceleration structure for ray queries, nothing submits work, and nothing waits.
 //!
 //! # Conventions
 //!
@@ -66,23 +65,17 @@
 //!
 //! # Features
 //!
-//! | feature | what it brings |
+//! | feature | what it adds |
 //! |---|---|
-//! | `gpu` (on by default) | everything on wgpu, which comes without a backend: scenes on the GPU, frames, components, techniques |
-//! | `vulkan`, `metal`, `dx12`, `webgpu` | a backend of wgpu; of no use where the program enables wgpu's own |
-//! | `compose` | composing at run time: kernels and modules of one's own, hardware ray queries, [`naga`] |
-//! | `gltf`, `obj` | scene files, for [`scene::Scene::load`] |
-//! | `png`, `jpeg`, `exr` | image files, for [`picture`] and scenes' textures; Radiance HDR is always there |
-//! | `compare` | how far two pictures are from each other; its FLIP needs a C++ compiler |
-//! | `testing` | WGSL functions by numbers |
+//! | `gpu` (default) | everything that runs on wgpu, without a backend |
+//! | `vulkan`, `metal`, `dx12`, `webgpu` | a backend of wgpu |
+//! | `compose` | composing at run time: your own modules and kernels, ray queries |
+//! | `gltf`, `obj` | loaders |
+//! | `png`, `jpeg`, `exr` | image files |
+//! | `compare` | FLIP, SSIM and other metrics |
+//! | `testing` | tests of WGSL functions by numbers |
 //!
-//! Without any there are [`modules()`], [`kernels`], [`WGSL_DIR`], [`scene`], [`picture`] and what of [`shader`] describes kernels.
-//!
-//! # What is promised
-//!
-//! Everything public, and the modules' import paths, functions and structs; [`bindings`] is not: it is what the build makes of
-//! the WGSL. Types of [`glam`], [`wgpu`] and [`naga`] are part of the interface; a new major version of those is one of this
-//! crate.
+//! Without `gpu` the crate holds the modules' texts and what they declare, scenes and pictures.
 
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
