@@ -3,7 +3,7 @@
 //!
 //! All problems are reported together, with file, line and column; any problem fails the build.
 
-// Compiled into the crate as well, which uses the rest of it.
+// Also compiled into the crate, which uses the rest of it.
 #[allow(dead_code, unused_imports)]
 #[path = "src/shader/mod.rs"]
 mod shader;
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     let out = PathBuf::from(env::var("OUT_DIR")?);
 
-    // Relative names read better in messages; cargo runs build scripts in the package's folder.
+    // A relative path is easier to read in messages; cargo runs build scripts in the package's folder.
     let tree = match shader::check_tree(Path::new("wgsl"), AXES) {
         Ok(tree) => tree,
         Err(problems) => {
@@ -70,7 +70,7 @@ fn copy_tree(from: &Path, to: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// `&[Module]` of all modules that can be imported, the overlays' too.
+/// `&[Module]` of all modules that can be imported, including the overlays'.
 fn modules_table(tree: &CheckedTree, root: &Path) -> Result<String, Box<dyn Error>> {
     let mut text = String::from("&[\n");
     let modules = tree.library.iter().map(|source| (None, source));
@@ -92,7 +92,7 @@ fn modules_table(tree: &CheckedTree, root: &Path) -> Result<String, Box<dyn Erro
     Ok(text)
 }
 
-/// `&[Kernel]` of all kernels in all combinations of the axes that they meet, with their composed WGSL.
+/// `&[Kernel]` of all kernels in all combinations of the axes that affect them, with their composed WGSL.
 fn kernels_table(tree: &CheckedTree, root: &Path, out: &Path) -> Result<String, Box<dyn Error>> {
     let mut text = String::from("&[\n");
     let mut files: BTreeMap<String, PathBuf> = BTreeMap::new();
@@ -147,7 +147,7 @@ fn kernels_table(tree: &CheckedTree, root: &Path, out: &Path) -> Result<String, 
     Ok(text)
 }
 
-/// A kind of binding as Rust writes it.
+/// A kind of binding as Rust source.
 fn in_rust(kind: &BindingKind) -> String {
     let of_dimension = |dimension: &Dimension| format!("Dimension::{dimension:?}");
     match kind {
@@ -176,7 +176,7 @@ fn in_rust(kind: &BindingKind) -> String {
     }
 }
 
-/// None where naga does not write the kernel: ray queries.
+/// None if naga cannot write the kernel as WGSL, because of ray queries.
 fn composed_wgsl(kernel: &CheckedKernel) -> Result<Option<String>, Box<dyn Error>> {
     if kernel.variant.has(RAY_QUERY) {
         return Ok(None);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rust structs and constants of the WGSL, for the modules that run on wgpu.
+//! Generates Rust structs and constants of the WGSL, for the modules that run on wgpu.
 
 use super::shader::{self, CheckedKernel, CheckedTree, Variant};
 use quote::ToTokens;
@@ -23,8 +23,8 @@ pub fn generate(tree: &CheckedTree, wgsl: &Path, out: &Path) -> Result<(), Box<d
     Ok(())
 }
 
-/// What is data of an item in a module: structs, their constructors and plain traits, and constants. (Layouts and pipelines
-/// are the pass layer's affair.) The WGSL's comments come along.
+/// The data items of a module: structs, their constructors and plain traits, and constants. (Layouts and pipelines are
+/// left to the pass layer.) The WGSL's comments become their documentation.
 fn data_of(item: Item, path: &[String], tree: &CheckedTree) -> Option<Item> {
     match item {
         Item::Mod(mut module) if module.ident != "_root" => {
@@ -43,7 +43,7 @@ fn data_of(item: Item, path: &[String], tree: &CheckedTree) -> Option<Item> {
             for field in &mut of.fields {
                 let name = field.ident.as_ref()?.to_string();
                 document(&mut field.attrs, inside, &format!("{name}:"));
-                // Padding is nobody's business outside.
+                // Padding is private.
                 if name.starts_with("reserved") {
                     field.vis = syn::parse_quote! { pub(crate) };
                 }
@@ -64,7 +64,7 @@ fn has_wgpu(item: &impl ToTokens) -> bool {
     item.to_token_stream().to_string().to_lowercase().contains("wgpu")
 }
 
-/// The WGSL that a module of the bindings is made from; empty if it is made from none.
+/// The WGSL from which a module of the bindings is made; empty if there is none.
 fn text_of<'a>(tree: &'a CheckedTree, path: &[String]) -> &'a str {
     let source = match path {
         [first, kernel @ ..] if first == shader::KERNELS => {
@@ -76,7 +76,7 @@ fn text_of<'a>(tree: &'a CheckedTree, path: &[String]) -> &'a str {
     source.map_or("", |source| source.text.as_ref())
 }
 
-/// Puts the comment lines above the first line that begins with `head` before the attributes that are there.
+/// Puts the comment lines above the first line that begins with `head` before the existing attributes.
 fn document(attributes: &mut Vec<Attribute>, text: &str, head: &str) {
     let lines: Vec<_> = text.lines().map(str::trim_start).collect();
     let Some(at) = lines.iter().position(|line| line.starts_with(head)) else { return };
@@ -84,27 +84,27 @@ fn document(attributes: &mut Vec<Attribute>, text: &str, head: &str) {
     let comments: Vec<_> = above.map(|line| line.trim_start_matches('/')).collect();
     let n = comments.len();
     for line in comments {
-        // WGSL's brackets are units and ranges, and its links name what Rust does not have.
+        // Brackets in WGSL comments are units and ranges, and links name items that Rust does not have.
         let line = line.replace("[`", "`").replace("`]", "`").replace('[', "\\[");
         let line = line.replace('<', "\\<");
         attributes.insert(0, syn::parse_quote! { #[doc = #line] });
     }
-    // What wgsl_bindgen says of a field's layout is a paragraph of its own.
+    // wgsl_bindgen's text about a field's layout becomes a separate paragraph.
     if n > 0 && attributes.get(n).is_some_and(|next| next.path().is_ident("doc")) {
         attributes.insert(n, syn::parse_quote! { #[doc = ""] });
     }
 }
 
-/// Structs that the host writes and no kernel of the baseline binds, with their modules.
+/// Structs that the host writes but no kernel of the baseline binds, with their modules.
 const HOST_STRUCTS: &[(&str, &str)] =
     &[("scene::data", "Material"), ("fields::shadow_maps", "ShadowMaps")];
 /// The staged kernel that binds them.
 const HOST_STRUCTS_KERNEL: &str = "host_structs";
 
-/// Copies the tree, for wgsl_bindgen reads only files, with a kernel that binds [`HOST_STRUCTS`].
+/// Copies the tree, because wgsl_bindgen only reads files, and adds a kernel that binds [`HOST_STRUCTS`].
 ///
-/// It also refuses bind groups with a gap, and a kernel that asks nothing of the scene seam has no
-/// group 0: such gaps get a binding that nobody uses, in the copy alone.
+/// It also rejects bind groups with a gap, but a kernel that does not use the scene seam has no group 0. In the copy,
+/// such gaps get a binding that is not used.
 fn stage(tree: &CheckedTree, wgsl: &Path, out: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let staged = out.join("staged");
     super::copy_tree(wgsl, &staged)?;
@@ -142,12 +142,12 @@ fn stage(tree: &CheckedTree, wgsl: &Path, out: &Path) -> Result<PathBuf, Box<dyn
     Ok(staged)
 }
 
-/// Kernels as the tree stands.
+/// Kernels of the baseline.
 fn baseline(tree: &CheckedTree) -> impl Iterator<Item = &CheckedKernel> {
     tree.kernels.iter().filter(|kernel| kernel.variant == Variant::BASELINE)
 }
 
-/// What wgsl_bindgen makes of it.
+/// The output of wgsl_bindgen.
 fn generated(tree: &CheckedTree, tree_dir: &Path, out: &Path) -> Result<String, Box<dyn Error>> {
     let mut options = WgslBindgenOptionBuilder::default();
     options
@@ -155,7 +155,7 @@ fn generated(tree: &CheckedTree, tree_dir: &Path, out: &Path) -> Result<String, 
         .module_import_root(shader::ROOT)
         .serialization_strategy(WgslTypeSerializeStrategy::Bytemuck)
         .type_map(GlamWgslTypeMap)
-        // The texts are in the table of kernels.
+        // The texts are already in the table of kernels.
         .shader_source_type(WgslShaderSourceType::ComposerWithRelativePath)
         .ir_capabilities(shader::BASELINE)
         .emit_rerun_if_change(false)

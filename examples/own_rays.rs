@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A renderer's own scene behind the scene seam: lucerna's kernel `rays/any_hit`, unchanged, asks
-//! rays of one sphere in a uniform buffer instead of lucerna's BVH.
+//! A renderer's own scene behind the scene seam: lucerna's kernel `rays/any_hit`, unchanged, traces
+//! rays against one sphere in a uniform buffer instead of lucerna's BVH.
 //!
 //! `cargo run --example own_rays`
 
@@ -9,8 +9,8 @@ use lucerna::gpu::{AdapterChoice, ComputeKernel, Dispatch, Recorder, SceneGroup,
 use lucerna::shader::Source;
 use wgpu::util::DeviceExt;
 
-/// What replaces `wgsl/scene/rays.wgsl`: the same import path, and of its interface as
-/// much as the kernel imports. Group 0 is the renderer's.
+/// The replacement of `wgsl/scene/rays.wgsl`: it has the same import path, and the part of its
+/// interface that the kernel imports. Group 0 is the renderer's.
 const OWN_RAYS: &str = "
 #define_import_path lucerna::scene::rays
 
@@ -40,7 +40,7 @@ fn any_hit(ray: Ray) -> bool {
 ";
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // Any wgpu device will do.
+    // Any wgpu device works.
     let (gpu, _) = open(&AdapterChoice::Auto)?;
     let buffer = |contents: &[u8], usage| {
         gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A renderer's own frame loop: its encoder, its submissions, `voxel-rt` for indirect light.
 //!
-//! `cargo run --example realtime_frames [OUT.png]`; the file is `realtime_frames.png` in the system's
-//! folder of temporary files if it is not named.
+//! `cargo run --example realtime_frames [OUT.png]`; the file is `realtime_frames.png` in the system's folder of
+//! temporary files by default.
 
 use glam::UVec2;
 use lucerna::blocking::{open, read_film};
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .join("fixtures/scenes/cornell_original/cornell_original.gltf");
     let loaded = Scene::load(&file, &LoadLimits::default())?.scene;
     let camera = loaded.cameras.first().ok_or("the file has no camera")?;
-    // A renderer gives its own device to `Gpu::new`.
+    // A renderer passes its own device to `Gpu::new`.
     let (gpu, info) = open(&AdapterChoice::Auto)?;
     eprintln!("adapter: {}", info.name);
     let scene = GpuScene::new(&gpu, &loaded, GpuSceneOptions::default())?;
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut recorder = Recorder::new(&gpu, &mut encoder);
         passes.record(&mut recorder, &scene, &view, &mut technique)?;
         drop(recorder);
-        // Other passes may be recorded here; `passes.gbuffer` is there to be read.
+        // Other passes may be recorded here; they can read `passes.gbuffer`.
         gpu.queue.submit([encoder.finish()]);
     }
     let picture = resolve(&read_film(&gpu, passes.accumulator.film())?, size, Channel::Beauty);

@@ -2,7 +2,7 @@
 //! Renders the Cornell box with the reference path tracer into a PNG file.
 //!
 //! `cargo run --example render_cornell [OUT.png]`; the file is `render_cornell.png` in the system's
-//! folder of temporary files if it is not named.
+//! folder of temporary files by default.
 
 use glam::UVec2;
 use lucerna::blocking::{open, render_reference};

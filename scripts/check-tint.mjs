@@ -7,7 +7,7 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { join, relative, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 
-// What a stage may declare, used or not: the host's bind group layouts are made from declarations.
+// What a stage may declare, used or not, because the host's bind group layouts follow from declarations.
 const declared_limits = [
     ['storage buffers', /\bvar\s*<\s*storage\b/g, 'maxStorageBuffersPerShaderStage'],
     ['uniform buffers', /\bvar\s*<\s*uniform\b/g, 'maxUniformBuffersPerShaderStage'],
@@ -46,7 +46,7 @@ function entry_points(code) {
     return [...code.matchAll(/@\s*(compute|vertex|fragment)\b[^{;]*?\bfn\s+(\w+)/g)].map(([, stage, name]) => ({ stage, name }));
 }
 
-// What validation says against `work`, or null.
+// The validation error of `work`, or null.
 async function validation_error(device, work) {
     device.pushErrorScope('validation');
     work();
@@ -82,7 +82,7 @@ async function check(device, source) {
 
     // A render pipeline needs both stages and the targets' formats, which a file with one entry point does not say.
     for (const { name } of entries.filter(({ stage }) => stage === 'compute')) {
-        // The asynchronous way crashes in Dawn's worker threads under Node.
+        // The asynchronous call crashes in Dawn's worker threads under Node.
         const error = await validation_error(device, () => {
             device.createComputePipeline({ layout: 'auto', compute: { module, entryPoint: name } });
         });
@@ -95,11 +95,11 @@ const [webgpu_path, folder] = process.argv.slice(2);
 const { create, globals } = await import(pathToFileURL(resolve(webgpu_path)));
 Object.assign(globalThis, globals);
 
-// `gpu` stays referenced to the end: everything else dies with it.
+// `gpu` must stay referenced to the end, because everything else is destroyed with it.
 let gpu = create([]);
 let adapter = await gpu.requestAdapter();
 if (adapter === null) {
-    // Dawn's validation stands before its backends: the null backend misses only what a driver itself refuses.
+    // Dawn validates before its backends do anything, so the null backend misses only what a driver itself rejects.
     console.error('check-tint: Dawn accepts no adapter here (Mesa before 24?); checking without a driver');
     gpu = create(['backend=null']);
     adapter = await gpu.requestAdapter();

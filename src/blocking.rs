@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! For programs and tests: functions that wait for the GPU. Nothing else in the library does.
+//! Functions that wait for the GPU, for programs and tests. Nothing else in the library waits.
 
 use crate::frame::{DirectSettings, FrameError, FramePasses, View, ViewSettings};
 use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder};
@@ -11,7 +11,7 @@ use crate::techniques::reference::{
 use crate::techniques::{Stat, StatSource, Technique, TechniqueError};
 use std::time::{Duration, Instant};
 
-/// [`Gpu::open`], waiting.
+/// As [`Gpu::open`], but waits.
 ///
 /// # Errors
 /// As [`Gpu::open`].
@@ -19,12 +19,12 @@ pub fn open(choice: &AdapterChoice) -> Result<(Gpu, wgpu::AdapterInfo), GpuError
     pollster::block_on(Gpu::open(choice))
 }
 
-/// The GPU stopped answering.
+/// The GPU stopped responding.
 #[derive(Debug, thiserror::Error)]
-#[error("the GPU does not answer any more: {0}; a driver may have reset it")]
+#[error("the GPU no longer responds: {0}; a driver may have reset it")]
 pub struct LostGpu(String);
 
-/// Waits for everything that was submitted.
+/// Waits for all submitted work.
 ///
 /// # Errors
 /// The device was lost.
@@ -33,7 +33,7 @@ pub fn wait(gpu: &Gpu) -> Result<(), LostGpu> {
     status.map(|_| ()).map_err(|error| LostGpu(error.to_string()))
 }
 
-/// The bytes of a buffer that has `COPY_SRC`, after everything that was submitted.
+/// Reads the bytes of a buffer that has `COPY_SRC`, after all submitted work.
 ///
 /// # Errors
 /// The device was lost.
@@ -47,14 +47,14 @@ pub fn read_buffer(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, LostGpu>
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
     gpu.queue.submit([encoder.finish()]);
-    // A failure shows when the range is taken.
+    // A failure shows when the mapped range is requested.
     staging.slice(..).map_async(wgpu::MapMode::Read, |_| ());
     wait(gpu)?;
     let view = staging.slice(..).get_mapped_range().map_err(|e| LostGpu(e.to_string()))?;
     Ok(view.to_vec())
 }
 
-/// The film's sums, row by row, lane by lane.
+/// Reads the film's sums, row by row, lane by lane.
 ///
 /// # Errors
 /// The device was lost.
@@ -71,7 +71,7 @@ pub fn read_film(gpu: &Gpu, film: &Film) -> Result<Vec<PixelSums>, LostGpu> {
     Ok(sums)
 }
 
-/// How far a rendering has come.
+/// Progress of a rendering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// Pixel samples (or frames) done.
@@ -80,20 +80,20 @@ pub struct Progress {
     pub total: u64,
 }
 
-/// What a rendering took.
+/// Statistics of a rendering.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderStats {
     /// Samples that every pixel has received.
     pub n_samples: u32,
-    /// Dispatches.
+    /// Number of dispatches.
     pub n_dispatches: u32,
-    /// Of these, those that took up what the driver had not let the one before finish.
+    /// Dispatches among these that continued what the driver had not let the previous one finish.
     pub n_continued: u32,
-    /// Samples that were given up ([`PathCounts::n_cut`]): their light is missing in the picture.
+    /// Samples that were abandoned ([`PathCounts::n_cut`]): their light is missing in the picture.
     pub n_cut: u32,
-    /// Sum of the passes' GPU timestamps; none where the device has no timestamps.
+    /// GPU time of all passes; None if the device has no timestamps.
     pub gpu_time: Option<Duration>,
-    /// From the first dispatch to the last answer.
+    /// Time from the first dispatch to the last result.
     pub wall_time: Duration,
     /// Whether it was stopped early.
     pub stopped: bool,
@@ -103,7 +103,7 @@ pub struct RenderStats {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReferenceError {
-    /// The scene is not what the path tracer was compiled for.
+    /// The scene differs from the one that the path tracer was compiled for.
     #[error(transparent)]
     Mismatch(#[from] Mismatch),
     /// The device was lost.
@@ -111,7 +111,7 @@ pub enum ReferenceError {
     Lost(#[from] LostGpu),
     /// Samples are missing.
     #[error(
-        "pixel {x}, {y} has {found} samples, and {expected} were asked for: the driver ran the path tracer's loops otherwise than written; try another adapter or driver (--adapter), and please report it"
+        "pixel {x}, {y} has {found} samples instead of {expected}: the driver did not run the path tracer's loops correctly; try another adapter or driver (--adapter), and please report it"
     )]
     Incomplete {
         /// Column of the first such pixel.
@@ -120,29 +120,30 @@ pub enum ReferenceError {
         y: u32,
         /// Samples in the film.
         found: u32,
-        /// Samples asked for.
+        /// Requested samples.
         expected: u32,
     },
 }
 
-/// How long a dispatch should take: far below the two seconds after which desktop systems reset a
-/// GPU, long enough that starting it costs nothing.
+/// How long a dispatch should take: far below the two seconds after which desktop systems reset a GPU, but long enough
+/// that the cost of starting it does not matter.
 const DISPATCH_TIME: Duration = Duration::from_millis(150);
 
-/// Pixels that fill a device; in smaller pictures several invocations share a pixel's samples. A number of pictures' sizes alone:
-/// the same picture has the same bytes on every machine that rounds alike.
+/// Number of pixels that keeps a device busy; in smaller pictures several invocations share a pixel's samples. Their
+/// number depends only on the picture's size, so a picture has the same bytes on every machine that rounds in the same
+/// way.
 const PIXELS_AT_ONCE: u64 = 1 << 16;
-/// Invocations that share a pixel at most.
+/// The most invocations that share a pixel.
 const MAX_LANES: u64 = 64;
 
-/// Samples of a pixel that one invocation adds in 32-bit floats; then the film is read, and goes on from zero. (Sums of n
-/// numbers of one size are right to n·2⁻²⁵ of themselves at worst: 3e-5 here.)
+/// Samples of a pixel that one invocation adds up in 32-bit floats; then the film is read, and starts from zero again.
+/// (The relative error of a sum of n numbers of equal size is at most n·2⁻²⁵: 3e-5 here.)
 const MAX_SUMMED: u32 = 1024;
 
-/// Renders `n_samples` of each pixel, in dispatches of about 150 ms, pass by pass over the whole
-/// picture, and returns its sums, row by row.
+/// Renders `n_samples` for each pixel, in dispatches of about 150 ms, in passes over the whole picture, and returns its
+/// sums, row by row.
 ///
-/// `keep_going` is asked after each dispatch; once it says no the picture is left as it is.
+/// `keep_going` is called after each dispatch; once it returns false, the picture is left as it is.
 ///
 /// # Errors
 /// [`ReferenceError`]: the device was lost, or a pixel has not received its samples.
@@ -167,11 +168,11 @@ pub fn render_reference(
         RenderStats { gpu_time: timers.as_ref().map(|_| Duration::ZERO), ..Default::default() };
     let mut done = 0;
     let started = Instant::now();
-    // Pixel samples a dispatch; the first ones are small, for their speed is not known.
+    // Pixel samples per dispatch; the first dispatches are small, because the speed is not known yet.
     let mut budget = 4096.0f64;
     let mut first_sample = 0;
     while first_sample < n_samples && !stats.stopped {
-        // Whole rows, as many as the budget holds; several samples at once when it holds the picture.
+        // As many whole rows as the budget allows; several samples at once if it allows the whole picture.
         let batch = ((budget / n_pixels as f64) as u32)
             .clamp(1, n_samples - first_sample)
             .min(max_summed - first_sample % max_summed);
@@ -229,7 +230,7 @@ pub fn render_reference(
                 let samples = u64::from(rows) * u64::from(settings.size.x) * u64::from(batch);
                 done += samples;
                 row += rows;
-                // At most eight times as much as the last: the first dispatch also compiles.
+                // At most eight times the work of the last one: the first dispatch also compiles.
                 let ideal =
                     samples as f64 * DISPATCH_TIME.as_secs_f64() / begun.elapsed().as_secs_f64();
                 budget = ideal.min(samples as f64 * 8.0).max(1024.0);
@@ -252,7 +253,7 @@ pub fn render_reference(
     }
     stats.wall_time = started.elapsed();
     let sums = sums.rounded();
-    // Where it was stopped, some pixels have a batch more.
+    // If it was stopped, some pixels have one batch more.
     let is_right = |n: u32| if stats.stopped { n >= stats.n_samples } else { n == n_samples };
     if let Some(ix) = sums.iter().position(|pixel| !is_right(pixel.n_samples)) {
         return Err(ReferenceError::Incomplete {
@@ -265,7 +266,7 @@ pub fn render_reference(
     Ok((sums, stats))
 }
 
-/// What the last dispatch of the path tracer reported.
+/// Reads what the last dispatch of the path tracer reported.
 ///
 /// # Errors
 /// The device was lost.
@@ -274,42 +275,43 @@ pub fn read_path_counts(gpu: &Gpu, unfinished: &UnfinishedPaths) -> Result<PathC
     Ok(bytemuck::pod_read_unaligned(&bytes[..size_of::<PathCounts>()]))
 }
 
-/// What rendering frames took.
+/// Statistics of rendered frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameStats {
     /// Frames that were accumulated.
     pub n_frames: u32,
-    /// GPU time of each pass by name, all frames added; empty where the device has no timestamps or
-    /// none were asked for.
+    /// GPU time of each pass by name, summed over all frames; empty if the device has no timestamps or they were not
+    /// requested.
     pub passes: Vec<(&'static str, Duration)>,
-    /// From the first frame to the last answer.
+    /// Time from the first frame to the last result.
     pub wall_time: Duration,
     /// Whether it was stopped early.
     pub stopped: bool,
     /// Pixels of all frames whose direct light was not finite and was replaced by 0.
     pub n_rejected: u32,
-    /// Pixels of all frames whose direct light is wrong because the driver ended loops early: it has too many light samples.
+    /// Pixels of all frames whose direct light is wrong because the driver ended loops early: there are too many light
+    /// samples for it.
     pub n_cut: u32,
 }
 
-/// What frames to render.
+/// Which frames to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FramesToRender {
     /// Width and height \[pixels\].
     pub size: glam::UVec2,
-    /// Near plane, seed, irradiance; its `n_accumulated` is how many frames are rendered.
+    /// Near plane, seed, irradiance; its `n_accumulated` is the number of frames.
     pub view: ViewSettings,
     /// Direct light.
     pub direct: DirectSettings,
-    /// Frames before those, in which the technique is brought up to date and nothing is seen.
+    /// Frames before these, in which only the technique is updated and no picture is rendered.
     pub n_warm_up: u32,
-    /// Ask for GPU timestamps.
+    /// Whether to measure GPU times.
     pub timed: bool,
 }
 
 impl FramesToRender {
-    /// So many frames of a picture of this size \[pixels\], after none that are not seen.
+    /// This number of frames of a picture of this size \[pixels\], without warm-up frames.
     pub fn new(size: glam::UVec2, n_frames: u32) -> Self {
         let view = crate::settings!(ViewSettings { n_accumulated: n_frames });
         Self { size, view, direct: DirectSettings::default(), n_warm_up: 0, timed: false }
@@ -320,13 +322,13 @@ impl FramesToRender {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FramesError {
-    /// The passes cannot be made, of a picture that is too large for the device for instance.
+    /// The passes could not be created, for example because the picture is too large for the device.
     #[error(transparent)]
     Frame(#[from] FrameError),
     /// The device was lost.
     #[error(transparent)]
     Lost(#[from] LostGpu),
-    /// The technique cannot go on.
+    /// The technique cannot continue.
     #[error(transparent)]
     Technique(#[from] TechniqueError),
 }
@@ -334,7 +336,7 @@ pub enum FramesError {
 /// Renders frames of a still camera, one submission each, and returns the passes with the
 /// accumulated picture (`passes.accumulator.film()`).
 ///
-/// `keep_going` is asked after each frame; once it says no the picture is left as it is.
+/// `keep_going` is called after each frame; once it returns false, the picture is left as it is.
 ///
 /// # Errors
 /// [`FramesError`]
@@ -350,7 +352,8 @@ pub fn render_frames(
     render_frames_with(gpu, scene, camera, what, technique, passes, keep_going)
 }
 
-/// As [`render_frames`], with passes made by the caller (other shadows, say), of the size asked for.
+/// As [`render_frames`], with the caller's passes (with other shadows, for example), which must have the requested
+/// size.
 ///
 /// # Errors
 /// [`FramesError`]
@@ -415,7 +418,7 @@ pub fn render_frames_with(
     Ok((passes, stats))
 }
 
-/// How long each pass took by name, of timers that were resolved in a submission.
+/// Reads the time of each pass by name, from timers that were resolved in a submission.
 ///
 /// # Errors
 /// The device was lost.
@@ -428,7 +431,7 @@ pub fn read_timers(
     Ok(timers.milliseconds(&bytes).into_iter().map(of).collect())
 }
 
-/// The number of a [`Stat`], after everything that was submitted.
+/// Reads the number of a [`Stat`], after all submitted work.
 ///
 /// # Errors
 /// The device was lost.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sums over samples, on the GPU and as pictures.
+//! Sums of samples, on the GPU and as pictures.
 
 use crate::gpu::Gpu;
 use crate::picture::Picture;
@@ -11,7 +11,7 @@ pub use crate::bindings::lucerna::frame::pixel_sums::PixelSums;
 /// Pixels of one buffer: 80 MiB, well below WebGPU's 128 MiB for a binding.
 const STRIPE_PIXELS: u32 = 1 << 20;
 
-/// The pixels of a picture, in stripes that fit a binding.
+/// The pixels of a picture, in stripes that each fit one binding.
 #[derive(Debug)]
 pub struct Film {
     size: UVec2,
@@ -26,7 +26,7 @@ pub struct Stripe {
     pub first_row: u32,
     /// Rows.
     pub n_rows: u32,
-    /// [`PixelSums`] row by row, the lanes of a pixel beside each other; zeroed at first.
+    /// [`PixelSums`] row by row, the lanes of a pixel next to each other; initially zero.
     pub sums: wgpu::Buffer,
 }
 
@@ -36,8 +36,8 @@ impl Film {
         Self::with_lanes(gpu, size, 1)
     }
 
-    /// As [`Self::new`], with `n_lanes` (at least 1) sums for each pixel, which share its samples: small pictures else
-    /// have too few pixels for all of a device.
+    /// As [`Self::new`], with `n_lanes` (at least 1) sums for each pixel, which share its samples. Without lanes, small
+    /// pictures have too few pixels to fill a device.
     pub fn with_lanes(gpu: &Gpu, size: UVec2, n_lanes: u32) -> Self {
         let rows = (STRIPE_PIXELS / (size.x * n_lanes)).max(1);
         let stripes = (0..size.y)
@@ -66,7 +66,7 @@ impl Film {
         self.size
     }
 
-    /// Records that all sums are zeroed.
+    /// Records clearing all sums to zero.
     pub fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
         for stripe in &self.stripes {
             encoder.clear_buffer(&stripe.sums, 0, None);
@@ -84,17 +84,17 @@ impl Film {
     }
 }
 
-/// Sums of more samples than 32-bit floats add up well: of several films, in 64 bits.
+/// Sums of several films in 64 bits, for more samples than 32-bit floats can add up precisely.
 #[derive(Clone, Debug, Default)]
 pub struct LongSums {
-    /// Of each pixel: light, depth, albedo, normal, openness.
+    /// For each pixel: light, depth, albedo, normal, openness.
     values: Vec<[f64; 17]>,
-    /// Of each pixel: samples, rejected ones, surfaces.
+    /// For each pixel: samples, rejected ones, surfaces.
     counts: Vec<[u64; 3]>,
 }
 
 impl LongSums {
-    /// Zeros.
+    /// Sums that are zero.
     pub fn new(n_pixels: usize) -> Self {
         Self { values: vec![[0.0; 17]; n_pixels], counts: vec![[0; 3]; n_pixels] }
     }
@@ -147,7 +147,7 @@ pub enum Channel {
     /// Emitted + direct + indirect radiance [W·sr⁻¹·m⁻²].
     #[default]
     Beauty,
-    /// Radiance straight from emitters and the sky.
+    /// Radiance seen directly from emitters and the sky.
     Emitted,
     /// Radiance reflected once.
     Direct,
@@ -162,19 +162,20 @@ pub enum Channel {
     /// Distance along the view axis \[m\], in all three components; 0 where there is no surface.
     Depth,
     /// Ambient occlusion as openness, in all three components: the cosine-weighted share of the first surface's
-    /// hemisphere in which nothing stands within the distance asked about
-    /// ([`crate::techniques::reference::ReferenceSettings::occlusion_distance`], [`crate::frame::ViewSettings::occlusion_distance`]); 1
-    /// where there is no surface, or where the technique does not say.
+    /// hemisphere in which there is nothing within the requested distance
+    /// ([`crate::techniques::reference::ReferenceSettings::occlusion_distance`],
+    /// [`crate::frame::ViewSettings::occlusion_distance`]); 1 where there is no surface, or if the technique does not
+    /// compute it.
     Openness,
 }
 
-/// Sums as a picture: means over samples; normal and depth over the samples that met a surface.
+/// Turns sums into a picture: means over samples; for normal and depth, over the samples that hit a surface.
 pub fn resolve(sums: &[PixelSums], size: UVec2, channel: Channel) -> Picture {
     let rgb = sums
         .iter()
         .map(|pixel| {
             let per_sample = 1.0 / (pixel.n_samples - pixel.n_rejected).max(1) as f32;
-            // A sample whose light was rejected has met its surface all the same.
+            // A sample whose light was rejected still has a surface.
             let per_ray = 1.0 / pixel.n_samples.max(1) as f32;
             let per_surface = 1.0 / pixel.n_surfaces.max(1) as f32;
             match channel {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The WGSL that lucerna is made of, as data: what a renderer takes into its own frame.
+//! lucerna's WGSL as data, for renderers that use it in their own frame.
 
 use crate::shader::{
     Access, Binding, BindingKind, Dimension, EntryPoint, Interface, Resources, Stage, Texels,
@@ -18,7 +18,7 @@ pub struct Module {
     pub overlay: Option<(&'static str, &'static str)>,
     /// `wgsl/sh/basis.wgsl`, relative to the crate.
     pub file: &'static str,
-    /// The text with its comments, as it stands in the file.
+    /// The text of the file, with its comments.
     pub source: &'static str,
     /// Import paths of the modules that it needs directly.
     pub imports: &'static [&'static str],
@@ -29,27 +29,27 @@ pub struct Module {
 pub struct Kernel {
     /// Path under `wgsl/kernels/` without ending: `reference/path_trace`.
     pub name: &'static str,
-    /// The values of the axes that its imports meet; the first value on all others.
+    /// The values of the axes that affect its imports; the first value on all others.
     pub variant: Variant,
-    /// Names of the axes that its imports meet.
+    /// Names of the axes that affect its imports.
     pub axes: &'static [&'static str],
     /// The kernel's own file, relative to the crate.
     pub file: &'static str,
     /// The kernel's own text.
     pub source: &'static str,
-    /// One self-contained WGSL text: the kernel with everything that it imports (no comments).
-    /// None for ray queries, which naga does not write: `library_of` composes them.
+    /// One self-contained WGSL text: the kernel with everything that it imports (no comments). None for ray queries,
+    /// which naga cannot write as WGSL: `library_of` composes them.
     pub composed: Option<&'static str>,
     /// Import paths of the modules that it imports directly.
     pub imports: &'static [&'static str],
-    /// How much it declares of what WebGPU limits.
+    /// The limited resources that it declares.
     pub resources: Resources,
     /// Its bindings and entry points.
     pub interface: Interface,
 }
 
-/// A folder called `lucerna` that holds the WGSL as files, for build scripts: `lucerna::sh::basis` is
-/// `{WGSL_DIR}/sh/basis.wgsl`, where naga_oil's and wgsl_bindgen's users look for it:
+/// A folder named `lucerna` with the WGSL as files, for build scripts. `lucerna::sh::basis` is
+/// `{WGSL_DIR}/sh/basis.wgsl`, where naga_oil and wgsl_bindgen can find it:
 ///
 /// ```no_run
 /// # use wgsl_bindgen::WgslBindgenOptionBuilder;
@@ -78,23 +78,23 @@ const fn variant_of(bytes: [u8; 8]) -> Variant {
 const MODULES: &[Module] = include!(concat!(env!("OUT_DIR"), "/modules.rs"));
 static KERNELS: &[Kernel] = include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 
-/// Every module: the tree's own sorted by import path, then those that replace one on an axis.
+/// Every module: the baseline's sorted by import path, then those that replace one on an axis.
 pub fn modules() -> &'static [Module] {
     MODULES
 }
 
-/// Every kernel in each of its variants: sorted by name, the baseline first.
+/// Every kernel in each of its variants, sorted by name, the baseline first.
 pub fn kernels() -> &'static [Kernel] {
     KERNELS
 }
 
-/// A kernel as it runs in a variant: what its imports do not meet makes no difference.
+/// A kernel as it runs in a variant. Axes that do not affect its imports make no difference.
 ///
 /// ```
 /// use lucerna::shader::{NO_TEXTURES, SHADOW_MAPS, Variant};
 ///
 /// let variant = Variant::BASELINE.with(NO_TEXTURES).with(SHADOW_MAPS);
-/// // Copying light asks neither textures nor lights.
+/// // Copying light uses neither textures nor lights.
 /// assert_eq!(lucerna::kernel("voxel_light/carry", variant).unwrap().variant, Variant::BASELINE);
 /// assert_eq!(lucerna::kernel("frame/direct", variant).unwrap().variant, variant);
 /// ```
@@ -102,8 +102,8 @@ pub fn kernel(name: &str, variant: Variant) -> Option<&'static Kernel> {
     KERNELS.iter().find(|kernel| kernel.name == name && kernel.variant.agrees(variant, kernel.axes))
 }
 
-/// All modules as a [`Library`], to compose kernels of one's own from them, or with modules of
-/// one's own instead of lucerna's (feature `compose`).
+/// All modules as a [`Library`], to compose your own kernels from them, also with your own modules instead of lucerna's
+/// (feature `compose`).
 ///
 /// ```
 /// use lucerna::shader::{Source, Target};

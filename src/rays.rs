@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Many rays at once against a scene: the kernels `rays/nearest_hit` and `rays/any_hit`.
+//! Traces many rays at once through a scene: the kernels `rays/nearest_hit` and `rays/any_hit`.
 
 use crate::bindings::kernels::rays::{any_hit, nearest_hit};
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
@@ -11,13 +11,13 @@ pub use crate::bindings::lucerna::scene::types::{Hit, Ray};
 pub use any_hit::ANY_HIT_UNKNOWN;
 pub use nearest_hit::NEAREST_HIT_UNKNOWN;
 
-/// What is asked of each ray.
+/// What to find out about each ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayQuestion {
-    /// The nearest hit; answers are [`Hit`]s, `triangle` is [`NONE`] for a miss, and [`NEAREST_HIT_UNKNOWN`] where the driver
-    /// ended the ray's loops early.
+    /// The nearest hit. Answers are [`Hit`]s; `triangle` is [`NONE`] for a miss, and [`NEAREST_HIT_UNKNOWN`] if the
+    /// driver ended the ray's loops early.
     Nearest,
-    /// Whether anything is hit; answers are u32, 1 or 0, or [`ANY_HIT_UNKNOWN`].
+    /// Whether the ray hits anything. Answers are u32: 1, 0, or [`ANY_HIT_UNKNOWN`].
     Any,
 }
 
@@ -30,7 +30,7 @@ pub struct RayKernel {
 }
 
 impl RayKernel {
-    /// Compiles the kernel for the scene's variant; it serves every scene of the same variant.
+    /// Compiles the kernel for the scene's variant; it works for every scene of the same variant.
     pub fn new(gpu: &Gpu, scene: &dyn SceneSeam, question: RayQuestion) -> Self {
         let name = match question {
             RayQuestion::Nearest => "rays/nearest_hit",
@@ -40,12 +40,12 @@ impl RayKernel {
         Self { kernel, question, shaders: scene.shaders().clone() }
     }
 
-    /// Records the rays in as many dispatches as WebGPU's limit on workgroups asks for.
+    /// Records the rays, in as many dispatches as WebGPU's limit on workgroups requires.
     ///
-    /// `rays`: `n_rays` [`Ray`]s; `answers`: as many [`Hit`]s or u32; both storage buffers.
+    /// `rays`: `n_rays` [`Ray`]s; `answers`: the same number of [`Hit`]s or u32. Both are storage buffers.
     ///
     /// # Errors
-    /// The scene is not what the kernel was compiled for.
+    /// The scene differs from the one that the kernel was compiled for.
     pub fn record(
         &self,
         recorder: &mut Recorder,

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What components and techniques say of themselves: numbers and sentences.
+//! What components and techniques report about themselves: numbers and sentences.
 
-/// A number about a technique.
+/// A statistic of a technique.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Stat {
     /// What is counted.
     pub name: &'static str,
-    /// Of what: `bytes`, `faces`, …
+    /// Its unit: `bytes`, `faces`, …
     pub unit: &'static str,
-    /// Where the number stands.
+    /// Where to read the number.
     pub source: StatSource,
-    /// Of what should be 0: what to do where it is more, for then light is missing or wrong.
+    /// For a number that should be 0: what to do if it is not, because light is missing or wrong
+    /// then.
     pub fault: Option<&'static str>,
 }
 
-/// Where a [`Stat`] stands.
+/// Where to read a [`Stat`].
 #[derive(Clone, Debug)]
 pub enum StatSource {
     /// The CPU knows it.
@@ -25,7 +26,7 @@ pub enum StatSource {
 }
 
 impl Stat {
-    /// What the CPU knows.
+    /// A number that the CPU knows.
     pub fn known(name: &'static str, unit: &'static str, number: u64) -> Self {
         Self { name, unit, source: StatSource::Known(number), fault: None }
     }
@@ -35,30 +36,30 @@ impl Stat {
         Self { name, unit, source: StatSource::Buffer(buffer.clone(), at), fault: None }
     }
 
-    /// The same as something that should be 0, with what to do where it is more.
+    /// Marks the number as one that should be 0, with advice on what to do if it is not.
     pub fn fault(mut self, advice: &'static str) -> Self {
         self.fault = Some(advice);
         self
     }
 }
 
-/// Something about a technique and a scene, in a sentence.
+/// A remark about a technique and a scene, in one sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Notice {
-    /// Light will be missing or wrong.
+    /// Whether light will be missing or wrong.
     pub is_warning: bool,
     /// The sentence, without a full stop.
     pub text: String,
 }
 
 impl Notice {
-    /// What is good to know.
+    /// A remark that is good to know.
     pub fn note(text: String) -> Self {
         Self { is_warning: false, text }
     }
 
-    /// What will be wrong, and what to do about it.
+    /// A warning: what will be wrong, and what to do about it.
     pub fn warning(text: String) -> Self {
         Self { is_warning: true, text }
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The scene seam from the host's side: what techniques take of a scene, whoever keeps it.
+//! The scene seam from the host's side: what techniques need from a scene, no matter who owns it.
 //!
-//! A scene is its kernels' modules ([`Shaders`]), bind group 0 ([`SceneGroup`]), what the CPU knows of it
-//! ([`SceneFacts`]), and what has changed ([`Revisions`]). [`GpuScene`](crate::gpu_scene::GpuScene) makes all of it from a
-//! [`Scene`](crate::scene::Scene); a renderer with a scene of its own implements [`SceneSeam`].
+//! A scene consists of the modules that kernels import ([`Shaders`]), bind group 0 ([`SceneGroup`]), facts that the CPU
+//! knows ([`SceneFacts`]), and what has changed ([`Revisions`]). [`GpuScene`](crate::gpu_scene::GpuScene) makes all of
+//! these from a [`Scene`](crate::scene::Scene); a renderer with its own scene implements [`SceneSeam`].
 
 use crate::bindings::lucerna::scene::data::Light;
 use crate::gpu::{SceneGroup, Shaders};
@@ -12,37 +12,38 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A scene, as techniques see it.
 pub trait SceneSeam {
-    /// Where kernels come from that ask this scene.
+    /// The source of kernels that use this scene.
     fn shaders(&self) -> &Shaders;
 
     /// Bind group 0 of compute kernels.
     fn group(&self) -> &SceneGroup;
 
-    /// Bind group 0 of vertex and fragment kernels; None: lucerna draws nothing of this scene, neither a G-buffer nor shadow
-    /// maps.
+    /// Bind group 0 of vertex and fragment kernels; None: lucerna cannot rasterise this scene, so it has no G-buffer
+    /// and no shadow maps.
     fn raster_group(&self) -> Option<&SceneGroup> {
         None
     }
 
-    /// What the CPU knows of the scene.
+    /// What the CPU knows about the scene.
     fn facts(&self) -> &SceneFacts;
 
     /// What has changed, and how often.
     fn revisions(&self) -> Revisions;
 
-    /// How far away what stands around a point is; None where nobody can tell. Techniques choose how fine their grids are by
-    /// it.
+    /// How far away the surfaces around a point are; None if this is not known. Techniques choose the size of their
+    /// cells by it.
     fn surroundings(&self, _point: Vec3) -> Option<Surroundings> {
         None
     }
 
-    /// The box \[m\] around what lies within a box (least and greatest corner); None where nothing does, or nobody can tell.
+    /// The bounds \[m\] of what lies within a box (least and greatest corner); None if nothing does, or this is not
+    /// known.
     fn bounds_within(&self, _min: Vec3, _max: Vec3) -> Option<(Vec3, Vec3)> {
         None
     }
 }
 
-/// What the CPU knows of a scene.
+/// What the CPU knows about a scene.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct SceneFacts {
@@ -50,27 +51,27 @@ pub struct SceneFacts {
     pub bounds_min: Vec3,
     /// Its greatest corner \[m\].
     pub bounds_max: Vec3,
-    /// Triangles that rays can meet: `n_triangles` of `scene::triangles`.
+    /// Number of triangles that rays can hit: `n_triangles` of `scene::triangles`.
     pub n_triangles: u32,
-    /// Emissive triangles, and one for a sky that is not black: what rays can hit.
+    /// Number of lights that rays can hit: emissive triangles, plus one for a sky that is not black.
     pub n_extended_lights: u32,
-    /// The largest component of a surface's emission \[W·sr⁻¹·m⁻²\]; 0 where nothing shines.
+    /// The largest component of any surface's emission \[W·sr⁻¹·m⁻²\]; 0 if no surface emits light.
     pub brightest_emission: f32,
-    /// Every surface reflects as Lambert.
+    /// Whether every surface is Lambertian.
     pub diffuse_only: bool,
-    /// Lights without extent in the order of `scene::lights::punctual_light`.
+    /// Lights without extent, in the order of `scene::lights::punctual_light`.
     pub punctual_lights: Vec<PunctualLight>,
-    /// The most that each of these sends anywhere.
+    /// The greatest irradiance that each of these causes.
     pub punctual_peaks: Vec<LightPeak>,
-    /// The most that a light drawn among all gives, divided by the probability of drawing it: what
+    /// The greatest irradiance from a light that is sampled among all, divided by the probability of sampling it: what
     /// kernels get from `scene::lights::sample_light`.
     pub drawn_peak: LightPeak,
-    /// As [`Self::drawn_peak`], for a light drawn among emissive triangles and the sky.
+    /// As [`Self::drawn_peak`], for a light that is sampled among emissive triangles and the sky.
     pub drawn_extended_peak: LightPeak,
 }
 
 impl SceneFacts {
-    /// Lights that can be drawn: punctual, emissive triangles, sky.
+    /// Number of lights that can be sampled: punctual lights, emissive triangles, the sky.
     pub fn n_lights(&self) -> u32 {
         self.punctual_lights.len() as u32 + self.n_extended_lights
     }
@@ -81,43 +82,42 @@ impl SceneFacts {
     }
 }
 
-/// A light without extent, as kernels have it.
+/// A light without extent, as kernels see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PunctualLight {
-    /// Shines to all sides.
+    /// Emits in all directions.
     Point {
         /// \[m\]
         position: Vec3,
     },
-    /// Shines into a cone.
+    /// Emits into a cone.
     Spot {
         /// \[m\]
         position: Vec3,
-        /// Unit length, along which it shines.
+        /// Direction in which it emits, of unit length.
         direction: Vec3,
         /// Cosine of the angle to `direction` beyond which nothing is lit.
         cos_outer: f32,
     },
-    /// Shines from infinitely far.
+    /// Is infinitely far away.
     Directional {
-        /// Unit length, along which light travels.
+        /// Direction in which the light travels, of unit length.
         direction: Vec3,
     },
 }
 
-/// The most that a light sends anywhere: a bound on the irradiance of surfaces that stand no nearer to it
-/// than some distance.
+/// The greatest irradiance that a light causes: a bound for surfaces that are no nearer to it than some distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct LightPeak {
-    /// What falls off with the square of the distance \[W·sr⁻¹\].
+    /// The part that falls off with the square of the distance \[W·sr⁻¹\].
     pub intensity: f32,
-    /// What does not \[W·m⁻²\].
+    /// The part that does not \[W·m⁻²\].
     pub irradiance: f32,
 }
 
 impl LightPeak {
-    /// Of what falls off with the square of the distance \[W·sr⁻¹\], and of what does not \[W·m⁻²\].
+    /// From the part that falls off with the square of the distance \[W·sr⁻¹\], and the part that does not \[W·m⁻²\].
     pub fn new(intensity: f32, irradiance: f32) -> Self {
         Self { intensity, irradiance }
     }
@@ -142,20 +142,21 @@ impl LightPeak {
 /// Distances to what can be seen from a point, in all directions \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
-    /// Half of the directions that meet something meet it nearer than this.
+    /// Median distance, over the directions in which there is a surface.
     pub median: f32,
-    /// None of them meets anything farther away.
+    /// Greatest distance.
     pub farthest: f32,
 }
 
-/// Numbers that are others when something has changed. Techniques, shadow maps and accumulators compare them with those of
-/// their last frame: nobody has to tell them. Two scenes have none in common, unless one says so.
+/// Numbers that change whenever something in the scene changes. Techniques, shadow maps and accumulators compare them
+/// with the numbers of their last frame, so no call is needed to report a change. Two scenes have no number in common,
+/// unless [`Revised`] gives one to both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Revisions {
-    /// Any triangles: where they are, or which there are.
+    /// Any triangles: their positions, or the set of triangles.
     pub geometry: u64,
-    /// Triangles that belong to something that moves.
+    /// Triangles of moving objects.
     pub moving: u64,
     /// Lights.
     pub lights: u64,
@@ -165,13 +166,13 @@ pub struct Revisions {
     pub sky: u64,
 }
 
-/// What has changed of a scene.
+/// What has changed in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Change {
-    /// Any triangles have moved, or there are others.
+    /// Any triangles have moved, or the set of triangles is a different one.
     Geometry,
-    /// Triangles have moved that belong to something that moves.
+    /// Triangles of moving objects have moved.
     Moving,
     /// Lights.
     Lights,
@@ -182,13 +183,13 @@ pub enum Change {
 }
 
 impl Revisions {
-    /// Those of a new scene: no other has the same.
+    /// The revisions of a new scene, which differ from all others.
     pub fn fresh() -> Self {
         let number = fresh_number();
         Self { geometry: number, moving: number, lights: number, materials: number, sky: number }
     }
 
-    /// The same after a change.
+    /// The revisions after a change.
     pub fn changed(self, change: Change) -> Self {
         let mut out = self;
         *match change {
@@ -208,13 +209,13 @@ fn fresh_number() -> u64 {
     LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
-/// A scene with revisions of one's own: to say of buffers that the caller has written what has changed in them, or of a
-/// scene that was made anew that it follows another.
+/// A scene with your own revisions. Use it to report what has changed in buffers that you wrote yourself, or to declare
+/// a newly made scene the successor of another.
 #[derive(Clone, Copy)]
 pub struct Revised<'a> {
     /// The scene.
     pub scene: &'a dyn SceneSeam,
-    /// What it shall have instead of its own.
+    /// The revisions that replace the scene's own.
     pub revisions: Revisions,
 }
 
@@ -248,13 +249,13 @@ impl SceneSeam for Revised<'_> {
     }
 }
 
-/// A scene or a picture that is not what something was made for.
+/// A scene or a picture differs from the one that an object was made for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Mismatch {
-    /// Kernels were compiled for another variant, or other modules of the seam.
+    /// Kernels were compiled for another variant, or for other modules of the seam.
     #[error(
-        "compiled for a scene of the variant {expected}, and this one has {found} (or other modules)"
+        "compiled for a scene of the variant {expected}, but this one has the variant {found} (or other modules)"
     )]
     Shaders {
         /// Of the scene it was made for.
@@ -263,15 +264,15 @@ pub enum Mismatch {
         found: crate::shader::Variant,
     },
     /// Another number of triangles.
-    #[error("made for a scene of {expected} triangles, and this one has {found}")]
+    #[error("made for a scene of {expected} triangles, but this one has {found}")]
     Triangles {
         /// Of the scene it was made for.
         expected: u32,
         /// Of the scene given.
         found: u32,
     },
-    /// Lights that need more shadow maps than there are.
-    #[error("made for lights that need {expected} shadow maps, and these need {found}")]
+    /// The lights need more shadow maps than there are.
+    #[error("made for lights that need {expected} shadow maps, but these need {found}")]
     Lights {
         /// Of the scene it was made for.
         expected: u32,
@@ -279,21 +280,21 @@ pub enum Mismatch {
         found: u32,
     },
     /// Textures or targets of different sizes.
-    #[error("the {what} has {found} pixels, and the picture {expected}")]
+    #[error("the {what} has {found} pixels, but the picture has {expected}")]
     Size {
-        /// What is of another size.
+        /// Which texture or target has another size.
         what: &'static str,
         /// Size of the picture \[pixels\].
         expected: glam::UVec2,
         /// Its own.
         found: glam::UVec2,
     },
-    /// The scene gives no bind group for vertex and fragment kernels.
-    #[error("the scene gives nothing to rasterise: `raster_group` is None")]
+    /// The scene has no bind group for vertex and fragment kernels.
+    #[error("the scene cannot be rasterised: its `raster_group` is None")]
     NoRaster,
 }
 
-/// Fails where kernels of `compiled` cannot ask this scene.
+/// Fails if kernels of `compiled` cannot use this scene.
 ///
 /// # Errors
 /// [`Mismatch::Shaders`]

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Settings described once: validation, command line and widgets are made from the description.
+//! Settings, each described once: validation, command line and widgets follow from the description.
 
 use std::fmt;
 
-/// What can be chosen about a technique, one thing of it.
+/// The description of one setting of a technique.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Setting {
-    /// Its name, in words with hyphens: `points`. On the command line `--points`.
+    /// Its name, words joined by hyphens: `points`. On the command line it is `--points`.
     pub name: &'static str,
     /// What it does.
     pub help: &'static str,
-    /// Of what: `cells`, `degrees`; empty where it has none.
+    /// Its unit: `cells`, `degrees`; empty if it has none.
     pub unit: &'static str,
-    /// What may be chosen.
+    /// Its possible values.
     pub kind: SettingKind,
 }
 
@@ -28,7 +28,7 @@ impl Setting {
         Self { name, help, unit, kind }
     }
 
-    /// What may be chosen, in words.
+    /// Its possible values, in words.
     pub fn possible(&self) -> String {
         match self.kind {
             SettingKind::Switch => "on or off".into(),
@@ -51,10 +51,10 @@ impl Setting {
         }
     }
 
-    /// Reads a value as the command line has it.
+    /// Parses a value, in the form in which the command line takes it.
     ///
     /// # Errors
-    /// The text is no such value, or out of range.
+    /// The text is not a value of this setting, or is out of range.
     pub fn parse(&self, text: &str) -> Result<SettingValue, SettingError> {
         let wrong = || SettingError::new(self.name, text.to_owned(), self.possible());
         let value = match self.kind {
@@ -92,7 +92,7 @@ impl Setting {
         Ok(value)
     }
 
-    /// Fails where a value is not one of this setting's, or out of range.
+    /// Fails if the value is not one of this setting's, or is out of range.
     ///
     /// # Errors
     /// [`SettingError`]
@@ -124,7 +124,7 @@ impl Setting {
     }
 }
 
-/// What may be chosen.
+/// The possible values of a setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SettingKind {
@@ -154,7 +154,7 @@ pub enum SettingKind {
     Choice(&'static [SettingChoice]),
     /// Cells along the longest axis, or along each of three.
     Size {
-        /// The most along an axis.
+        /// The greatest number along an axis.
         max: u32,
     },
 }
@@ -188,7 +188,7 @@ impl SettingChoice {
     }
 }
 
-/// What was chosen.
+/// A setting's value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SettingValue {
@@ -218,7 +218,7 @@ impl fmt::Display for SettingValue {
 
 /// A value that a setting cannot have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{name} is {value}; possible is {possible}")]
+#[error("{name} is {value}; possible values: {possible}")]
 #[non_exhaustive]
 pub struct SettingError {
     /// Which setting.
@@ -236,7 +236,7 @@ impl SettingError {
     }
 }
 
-/// A technique's settings: a struct whose fields can be had and set by the names of a list.
+/// A technique's settings: a struct whose fields can be read and set by the names in a list.
 pub trait Settings: Default {
     /// All settings.
     const LIST: &'static [Setting];
@@ -250,7 +250,7 @@ pub trait Settings: Default {
     /// Sets the setting of this name.
     ///
     /// # Errors
-    /// There is none of this name, or the value is not one of its.
+    /// There is no setting of this name, or the value is not one of its possible values.
     fn set_by_name(&mut self, name: &str, text: &str) -> Result<(), SettingError> {
         let Some(ix) = Self::LIST.iter().position(|setting| setting.name == name) else {
             let names: Vec<_> = Self::LIST.iter().map(|setting| setting.name).collect();
@@ -261,10 +261,10 @@ pub trait Settings: Default {
         Ok(())
     }
 
-    /// Fails where a setting is out of its range.
+    /// Fails if a setting is out of range.
     ///
     /// # Errors
-    /// [`SettingError`] of the first such.
+    /// The [`SettingError`] of the first one that is.
     fn check(&self) -> Result<(), SettingError> {
         Self::LIST.iter().enumerate().try_for_each(|(ix, setting)| setting.check(&self.get(ix)))
     }

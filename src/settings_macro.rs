@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 
-/// Settings with some of them changed: settings structs may get more fields, and so cannot be written out.
+/// Makes a settings struct from its defaults with some fields changed. (Settings structs may get more fields in later
+/// versions, so a struct literal would not compile outside the crate.)
 ///
 /// ```
 /// use lucerna::settings;

@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 /// `lucerna bench`.
 #[derive(Args, Clone, Debug)]
 pub struct BenchArguments {
-    /// What to measure; everything if it is not given.
+    /// What to measure. Without it: rays, reference and voxelize, which take less time than the others.
     #[arg(value_enum)]
     group: Option<Group>,
     /// Measure on this scene instead of the generated room of 270 348 triangles.
@@ -32,7 +32,7 @@ pub struct BenchArguments {
     /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
     #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
     camera: Option<CameraChoice>,
-    /// voxel-rt, voxel-cone, voxel-write: small sizes only.
+    /// Measure voxel-rt, voxel-cone and voxel-write at small sizes only.
     #[arg(long)]
     quick: bool,
     /// Print JSON.
@@ -44,23 +44,22 @@ pub struct BenchArguments {
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq)]
 enum Group {
-    /// Traversal of the BVH, against obvhs's own on one CPU thread.
+    /// BVH traversal, compared with obvhs's own on one CPU thread.
     Rays,
     /// Samples per second of the path tracer.
     Reference,
-    /// Voxelizing by compute and by the rasteriser, and the share of voxels that is missed.
+    /// Voxelization by compute and by the rasteriser, and the share of voxels that the rasteriser misses.
     Voxelize,
-    /// Passes of `voxel-rt` beside its source's configuration (only by name: it takes minutes).
+    /// Passes of `voxel-rt`, next to its source's configuration (takes minutes; runs only when named).
     VoxelRt,
-    /// Passes of `voxel-cone` beside its source's table, and what a step of a cone costs (only by name: it
-    /// takes minutes).
+    /// Passes of `voxel-cone`, next to its source's table, and what a step of a cone costs (takes minutes; runs only
+    /// when named).
     VoxelCone,
-    /// How irradiance is written into voxels: store, moving average, max, exact (only by name: it
-    /// takes minutes).
+    /// Ways to write irradiance into voxels: store, moving average, max, exact (takes minutes; runs only when named).
     VoxelWrite,
 }
 
-/// GPU time of what `record` records, in one submission; wall time where the device has no timestamps.
+/// GPU time of what `record` records, in one submission; wall time if the device has no timestamps.
 fn timed(
     gpu: &Gpu,
     record: impl FnOnce(&mut Recorder) -> Result<(), Box<dyn Error>>,
@@ -87,7 +86,7 @@ struct Row {
     name: String,
     value: f64,
     unit: &'static str,
-    /// How many times the baseline it is, and which baseline.
+    /// The value divided by the baseline's, and the baseline's name.
     ratio: Option<(f64, &'static str)>,
 }
 

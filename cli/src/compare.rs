@@ -12,7 +12,7 @@ use std::path::PathBuf;
 pub struct CompareArguments {
     /// The picture to judge: .png, .jpg, .hdr or .exr.
     test: PathBuf,
-    /// The picture that it should be.
+    /// The reference: the picture that it should match.
     reference: PathBuf,
     /// Print JSON.
     #[arg(long)]
@@ -33,7 +33,7 @@ pub fn compare(arguments: &CompareArguments) -> CommandResult {
         outln!("{}", serde_json::to_string_pretty(&result.to_json())?)?;
         return Ok(());
     }
-    // Six places, or six digits of what has none in six places.
+    // Six decimal places, or six digits in scientific notation for what is below 0.001.
     let number = |v: f64| {
         if v != 0.0 && v.abs() < 1e-3 { format!("{v:.6e}") } else { format!("{v:.6}") }
     };

@@ -14,16 +14,16 @@ pub struct ExportArguments {
     /// The shading language.
     #[arg(long, value_enum, default_value_t = Target::Wgsl)]
     target: Target,
-    /// Folder to write to; made if it is not there.
+    /// Folder to write to; created if it does not exist.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Kernels to write (as `lucerna kernels` lists them); all if none is named.
+    /// Kernels to write, by the names that `lucerna kernels` lists. Without any: all of them.
     kernels: Vec<String>,
 }
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
 enum Target {
-    /// One self-contained WGSL text a kernel.
+    /// One self-contained WGSL file per kernel.
     Wgsl,
 }
 
@@ -41,7 +41,7 @@ pub fn export(arguments: &ExportArguments) -> CommandResult {
             continue;
         }
         let Some(wgsl) = kernel.composed else {
-            // Worth a word only to someone who named the kernel.
+            // Only someone who named the kernel needs to know.
             if !arguments.kernels.is_empty() {
                 eprintln!(
                     "note: the {} variant of {} is left out: naga does not write it as WGSL",
@@ -57,7 +57,7 @@ pub fn export(arguments: &ExportArguments) -> CommandResult {
         let file = folder.join(format!("{}.wgsl", kernel.name));
         let folder = file.parent().unwrap_or(&arguments.output);
         std::fs::create_dir_all(folder)
-            .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+            .map_err(|error| format!("cannot create the folder {}: {error}", folder.display()))?;
         write_whole_file(&file, |writer| -> std::io::Result<()> {
             writer.write_all(wgsl.as_bytes())
         })

@@ -10,12 +10,12 @@ use std::io::Write;
 /// `lucerna kernels`.
 #[derive(Args, Clone, Debug)]
 pub struct KernelsArguments {
-    /// Describe this kernel (as listed, like reference/path_trace).
+    /// Describe this kernel, by its name in the list (like reference/path_trace).
     name: Option<String>,
-    /// Print the kernel composed into one WGSL text.
+    /// Print the kernel and all that it imports as one WGSL text.
     #[arg(long, requires = "name")]
     wgsl: bool,
-    /// List the modules that can be imported instead.
+    /// List the modules that can be imported, instead of the kernels.
     #[arg(long, conflicts_with_all = ["name", "wgsl"])]
     modules: bool,
 }

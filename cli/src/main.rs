@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The `lucerna` program: arguments, and one file for each command. See `lucerna --help`.
+//! The `lucerna` program: its arguments, and one file for each command. See `lucerna --help`.
 
-/// `println!` that returns an error where that panics: when the reader has gone away.
+/// Like `println!`, but returns an error instead of panicking when the reader has closed the pipe.
 macro_rules! outln {
     ($($argument:tt)*) => {{
         use std::io::Write as _;
@@ -9,7 +9,7 @@ macro_rules! outln {
     }};
 }
 
-/// `eprintln!` that goes on where that panics: a closed terminal must not cost a rendering.
+/// Like `eprintln!`, but ignores errors instead of panicking: a closed terminal must not end a rendering.
 macro_rules! errln {
     ($($argument:tt)*) => {{
         use std::io::Write as _;
@@ -48,9 +48,9 @@ enum Command {
     Render(render::RenderArguments),
     /// Render a scene with the path tracer: the ground truth.
     Reference(render::ReferenceArguments),
-    /// Measure how far a picture is from another.
+    /// Measure how much a picture differs from another.
     Compare(compare::CompareArguments),
-    /// Put pictures side by side, with labels and with how far each is from the first.
+    /// Put pictures side by side, with labels and with how much each differs from the first.
     Sheet(sheet::SheetArguments),
     /// List the kernels, or describe one: bindings, workgroup size, imports.
     Kernels(kernels::KernelsArguments),
@@ -58,11 +58,11 @@ enum Command {
     Export(export::ExportArguments),
     /// Measure speed.
     Bench(bench::BenchArguments),
-    /// Show the adapters and what runs on them.
+    /// Show the adapters and what each can run.
     Doctor,
 }
 
-/// Exit code 0: done; 1: the work failed; 2: the command line is wrong.
+/// Exit code 0: done; 1: the command failed; 2: the command line is wrong.
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     tracing_subscriber::fmt()
@@ -106,8 +106,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether the error is that of writing to standard output. (Errors of files carry the file's name, and
-/// are of other types.)
+/// Whether the error comes from writing to standard output. (Errors of files name the file, and have other types.)
 fn is_broken_pipe(error: &(dyn std::error::Error + 'static)) -> bool {
     let error = error.downcast_ref::<std::io::Error>();
     error.is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How far long work has come: a bar on a terminal, plain lines otherwise.
+//! Progress of long work: a bar on a terminal, plain lines otherwise.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// Between two plain lines.
+/// Time between two plain lines.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
 
 pub struct Meter {
@@ -19,7 +19,7 @@ impl Meter {
         let bar = std::io::stderr().is_terminal().then(|| {
             let style = ProgressStyle::with_template("{msg} [{bar:40}] {percent}% {eta} left");
             let bar = ProgressBar::new(0).with_message(name);
-            // The template is ours and parses.
+            // The template is fixed, and parses.
             bar.with_style(
                 style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "),
             )

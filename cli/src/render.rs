@@ -33,16 +33,16 @@ pub struct OutputArguments {
     /// What the picture shows.
     #[arg(long, value_enum, default_value_t = ChannelArgument::Beauty)]
     channel: ChannelArgument,
-    /// Brighten a PNG by this many stops.
+    /// Brighten a PNG by this many stops (negative: darken).
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_exposure)]
     exposure: f32,
     /// Compress a PNG's highlights (Khronos PBR Neutral) instead of clipping them.
     #[arg(long)]
     tone_map: bool,
-    /// Stream of random numbers.
+    /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
     seed: u32,
-    /// How far ambient occlusion looks [m] (`--channel openness`).
+    /// Radius of ambient occlusion [m] (for `--channel openness`).
     #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = parse_occlusion_distance)]
     occlusion_distance: f32,
     /// Write GPU times per pass as JSON.
@@ -76,7 +76,7 @@ fn parse_exposure(text: &str) -> Result<f32, String> {
 enum ChannelArgument {
     /// Emitted, direct and indirect light.
     Beauty,
-    /// Light straight from emitters and the sky.
+    /// Light seen directly from emitters and the sky.
     Emitted,
     /// Light reflected once.
     Direct,
@@ -90,7 +90,7 @@ enum ChannelArgument {
     Normal,
     /// Distance along the view axis [m] (PNG: nearest white, farthest black).
     Depth,
-    /// Ambient occlusion: how much of the hemisphere is open within --occlusion-distance (of techniques
+    /// Ambient occlusion: the share of the hemisphere that is open within --occlusion-distance (only techniques
     /// `reference` and `voxel-cone`).
     Openness,
 }
@@ -111,7 +111,7 @@ impl From<ChannelArgument> for Channel {
     }
 }
 
-/// Reflections after the first that the reference follows if nobody says how many.
+/// Reflections after the first that the reference follows by default.
 const REFERENCE_BOUNCES: u32 = 16;
 
 /// `lucerna render`.
@@ -122,12 +122,12 @@ pub struct RenderArguments {
     /// How light is computed.
     #[arg(long, value_name = "TECHNIQUE", default_value = REFERENCE, value_parser = technique_parser())]
     technique: String,
-    /// Frames to accumulate, each sampling its pixels elsewhere; the reference takes one sample per
+    /// Frames to accumulate, each with its own sample positions within the pixels. The reference takes one sample per
     /// pixel and frame.
     #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
-    /// Reflections after the first; 0: direct light only. [default: 16 for the reference; as many as
-    /// there are for `voxel-rt` and `voxel-cone`, where each that is counted costs as much as the first]
+    /// Reflections after the first; 0: direct light only. [default: 16 for the reference; unlimited for `voxel-rt` and
+    /// `voxel-cone`, where a limit makes each bounce cost as much as the first]
     #[arg(long, value_parser = clap::value_parser!(u32).range(0..=1000))]
     bounces: Option<u32>,
     #[command(flatten)]
@@ -171,7 +171,7 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
         return realtime::render(arguments, technique);
     }
     if let Some(name) = arguments.settings.first() {
-        return Err(format!("--{name} is no setting of the technique {REFERENCE}").into());
+        return Err(format!("--{name} is not a setting of the technique {REFERENCE}").into());
     }
     trace(
         &arguments.scene,
@@ -209,7 +209,7 @@ fn trace(
     let interrupted = interrupt_flag()?;
     if info.device_type == wgpu::DeviceType::Cpu {
         eprintln!(
-            "compiling reference/path_trace (some seconds; the driver keeps it for next time)"
+            "compiling reference/path_trace (takes some seconds; the driver caches it for next time)"
         );
     }
     let mut meter = Meter::new("path tracing");
@@ -223,7 +223,7 @@ fn trace(
     let n_cut = u64::from(stats.n_cut);
     if n_cut > 0 {
         errln!(
-            "warning: {n_cut} of {} samples were given up and their light is missing: one ray of theirs takes more steps than this driver lets a loop take (65535)",
+            "warning: {n_cut} of {} samples were abandoned and their light is missing: a ray needed more steps than this driver allows in a loop (65535)",
             u64::from(stats.n_samples) * u64::from(size.x) * u64::from(size.y)
         );
     }
@@ -244,7 +244,7 @@ fn trace(
     }
     if stats.stopped {
         errln!(
-            "stopped: every pixel has {} of {n_samples} samples, some one batch more",
+            "stopped: every pixel has {} of {n_samples} samples, and some have one batch more",
             stats.n_samples
         );
     }
@@ -253,7 +253,7 @@ fn trace(
     Ok(())
 }
 
-/// What every technique begins with.
+/// What every technique starts with.
 struct Ready {
     camera: Camera,
     size: UVec2,
@@ -263,13 +263,13 @@ struct Ready {
     gpu_scene: GpuScene,
 }
 
-/// Loads the scene, opens the device and brings the scene to it.
+/// Loads the scene, opens the device and uploads the scene to it.
 fn prepare(
     scene: &SceneArguments,
     adapter: &AdapterArguments,
     output: &OutputArguments,
 ) -> Result<Ready, Box<dyn std::error::Error>> {
-    // A long rendering must not end at a folder that is not there.
+    // A long rendering must not fail at the end because a folder does not exist.
     check_writable(&output.output)?;
     if let Some(file) = &output.timings {
         check_writable(file)?;
@@ -280,7 +280,7 @@ fn prepare(
     let gpu_scene = GpuScene::new(&gpu, &scene, settings!(GpuSceneOptions { diffuse_only, rays }))?;
     if gpu_scene.skipped_triangles() > 0 {
         errln!(
-            "warning: {} triangles have no area or lie too far away and are left out",
+            "warning: {} triangles have no area or are too far away, and are left out",
             gpu_scene.skipped_triangles()
         );
     }
@@ -300,7 +300,7 @@ fn interrupt_flag() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     Ok(interrupted)
 }
 
-/// The channel that was asked for, to the output file.
+/// Writes the requested channel to the output file.
 fn write_picture(
     sums: &[PixelSums],
     size: UVec2,
@@ -314,7 +314,7 @@ fn write_picture(
     Ok(())
 }
 
-/// Normals and depths have no place in a PNG's 0..1: they are mapped into it.
+/// Maps normals and depths into a PNG's range 0..1.
 fn for_file(
     mut picture: lucerna::picture::Picture,
     output: &OutputArguments,
@@ -340,7 +340,7 @@ fn for_file(
     picture
 }
 
-/// Fails early where the output cannot be written.
+/// Fails early if the output cannot be written.
 fn check_writable(output: &Path) -> CommandResult {
     check_whole_file(output)
         .map_err(|error| format!("cannot write {}: {error}", output.display()))?;

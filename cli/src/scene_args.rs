@@ -11,40 +11,41 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// A scene file and what is changed about it.
+/// A scene file, and changes to it.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArguments {
     /// Scene file: .gltf, .glb or .obj.
     pub scene: PathBuf,
-    /// A camera of the file by name, or "eye=x,y,z target=x,y,z fov=DEG" (vertical field of view).
+    /// A camera of the file by its name, or "eye=x,y,z target=x,y,z fov=DEG" (vertical field of
+    /// view).
     #[arg(long, value_name = "NAME|SPEC")]
     camera: Option<CameraChoice>,
     /// Add a light: "kind=point|spot|directional position=x,y,z direction=x,y,z intensity=r,g,b
     /// inner=DEG outer=DEG range=M". Repeatable.
     #[arg(long, value_name = "SPEC")]
     light: Vec<LightSpec>,
-    /// Leave out the file's point, spot and directional lights.
+    /// Ignore the file's point, spot and directional lights.
     #[arg(long)]
     no_scene_lights: bool,
-    /// Radiance from all around: r,g,b or an equirectangular .hdr, .exr, .png, .jpg.
+    /// Radiance of the sky: r,g,b, or an equirectangular picture (.hdr, .exr, .png, .jpg).
     #[arg(long, value_name = "R,G,B|FILE")]
     sky: Option<SkySpec>,
     /// Picture size in pixels.
     #[arg(long, value_name = "WxH", default_value = "640x360")]
     size: SizeSpec,
-    /// Read every material as Lambert with its base colour as albedo.
+    /// Replace every material with a Lambertian one whose albedo is the base colour.
     #[arg(long)]
     pub diffuse: bool,
 }
 
-/// Which adapter, and what answers rays.
+/// Which adapter to use, and what traces rays.
 #[derive(Args, Clone, Debug)]
 pub struct AdapterArguments {
-    /// auto (the best GPU, else software), software, or part of an adapter's name.
+    /// auto (the best GPU, or software if there is none), software, or part of an adapter's name.
     #[arg(long, value_name = "WHICH", default_value = "auto")]
     adapter: AdapterChoice,
-    /// What traces rays: the software BVH, the adapter's ray queries, or auto (ray queries on real
-    /// GPUs that have them).
+    /// What traces rays: the software BVH, the adapter's ray queries, or auto (ray queries on
+    /// hardware GPUs that have them).
     #[arg(long, value_enum, default_value_t = RaysChoice::Auto)]
     rays: RaysChoice,
 }
@@ -98,7 +99,10 @@ impl SceneArguments {
         let added: Vec<Light> = self.light.iter().map(|spec| spec.in_scene(&scene)).collect();
         scene.lights.extend(added);
         if scene.origin != DVec3::ZERO {
-            errln!("note: the scene lies far from its origin; computing around {}", scene.origin);
+            errln!(
+                "note: the scene is far from its origin; computing relative to {}",
+                scene.origin
+            );
         }
         if let Some(sky) = &self.sky {
             scene.sky = read_sky(sky)?;
@@ -116,7 +120,7 @@ impl SceneArguments {
     }
 }
 
-/// A scene file as it is, with one of its cameras or a described one.
+/// A scene file without changes, with one of its cameras or a described one.
 pub fn load_with_camera(
     file: &Path,
     wanted: Option<&CameraChoice>,
@@ -136,7 +140,7 @@ fn find_camera(
         if let Some(camera) = scene.cameras.first() {
             return Ok(camera.clone());
         }
-        errln!("note: the scene has no camera; looking at all of it (--camera)");
+        errln!("note: the scene has no camera; using one that sees the whole scene (--camera)");
         return Ok(camera_around(scene, size));
     };
     if let Some(camera) = scene.cameras.iter().find(|camera| camera.name == wanted.text) {
@@ -179,10 +183,10 @@ fn camera_around(scene: &Scene, size: UVec2) -> Camera {
     look_at("around", position, center - position, vertical_fov)
 }
 
-/// `towards`: of any length but 0.
+/// `towards`: of any length except 0.
 fn look_at(name: &str, eye: Vec3, towards: Vec3, vertical_fov: f32) -> Camera {
     let forward = towards.normalize();
-    // Looking straight up or down, +Y says nothing about the picture's top.
+    // When the camera looks straight up or down, +Y does not define the picture's top.
     let world_up = if forward.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };
     let right = forward.cross(world_up).normalize();
     Camera {
@@ -194,7 +198,7 @@ fn look_at(name: &str, eye: Vec3, towards: Vec3, vertical_fov: f32) -> Camera {
     }
 }
 
-/// A camera of the file by name, or one that is described.
+/// A camera of the file by its name, or a described one.
 #[derive(Clone, Debug)]
 pub struct CameraChoice {
     text: String,
@@ -225,7 +229,7 @@ impl FromStr for CameraChoice {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        // A name may hold any character, but hardly one of these keys.
+        // A name may hold any character, but is unlikely to hold one of these keys.
         let is_key =
             |word: &str| word.split_once('=').is_some_and(|(k, _)| CAMERA_KEYS.contains(&k));
         let described =
@@ -234,9 +238,9 @@ impl FromStr for CameraChoice {
     }
 }
 
-/// Eye and target must be this far apart [m]: no scene is so small that they would not be.
+/// Eye and target must be at least this far apart [m]; no scene is small enough to need less.
 const MIN_DISTANCE: f64 = 1e-9;
-/// Fields of view that are told apart from none and from all [degrees].
+/// Allowed fields of view [degrees]: 32-bit floats tell them from 0 and 180.
 const FOVS: std::ops::RangeInclusive<f32> = 1e-3..=179.0;
 
 fn parse_camera(text: &str) -> Result<DescribedCamera, String> {
@@ -285,7 +289,7 @@ fn read_sky(spec: &SkySpec) -> Result<Sky, Box<dyn std::error::Error>> {
     };
     let name = file.display();
     let picture = Picture::read(file).map_err(|error| {
-        format!("--sky {name} is neither r,g,b nor a picture that can be read: {error}")
+        format!("--sky {name} is neither r,g,b nor a readable picture: {error}")
     })?;
     picture.check_finite().map_err(|error| format!("--sky {name}: {error}"))?;
     let rgb = picture.rgb.iter().map(|texel| texel.max(Vec3::ZERO)).collect();
@@ -318,7 +322,7 @@ impl FromStr for SizeSpec {
 /// A light as `--light` describes it.
 #[derive(Clone, Debug)]
 pub struct LightSpec {
-    /// Its position, if it has one, is [`Self::position`].
+    /// Its own position is not used: see [`Self::position`].
     light: Light,
     /// In the file's world [m].
     position: DVec3,
@@ -376,7 +380,7 @@ impl FromStr for LightSpec {
                 }
             }
             "directional" => Light::Directional { direction: direction()?, irradiance: intensity },
-            other => return Err(format!("kind={other} is none of point, spot, directional")),
+            other => return Err(format!("kind={other} is not one of point, spot, directional")),
         };
         Ok(Self { light, position })
     }
@@ -412,7 +416,7 @@ impl Fields {
         let value = self.0.get(key).ok_or_else(|| format!("`{key}=x,y,z` is missing"))?;
         let point = parse_numbers(value).map_err(|error| format!("{key}={value}: {error}"))?;
         if point.abs().max_element() > f64::from(MAX_COORDINATE) {
-            return Err(format!("{key}={value} lies beyond {MAX_COORDINATE:e} m"));
+            return Err(format!("{key}={value} is beyond {MAX_COORDINATE:e} m"));
         }
         Ok(point)
     }

@@ -17,17 +17,17 @@ use std::path::PathBuf;
 /// `lucerna sheet`.
 #[derive(Args, Clone, Debug)]
 pub struct SheetArguments {
-    /// A label and a picture (.png, .jpg, .hdr or .exr), as in `reference=truth.exr`; a file alone is labelled with its name.
-    /// Those of the first picture's size are compared with it.
+    /// A label and a picture (.png, .jpg, .hdr or .exr), as in `reference=truth.exr`; a file without a label gets its
+    /// name as label. Pictures with the size of the first one are compared with it.
     #[arg(required = true, value_name = "[LABEL=]FILE", value_parser = parse_tile)]
     pictures: Vec<(String, PathBuf)>,
     /// The file to write: .png, .hdr or .exr.
     #[arg(short, long, value_name = "FILE", value_parser = super::render::parse_output)]
     output: PathBuf,
-    /// Pictures in a row.
+    /// Pictures per row.
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     columns: u32,
-    /// Values are multiplied by 2 to this power.
+    /// Brighten the pictures by this many stops (negative: darken).
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f32,
 }
@@ -43,7 +43,7 @@ fn parse_tile(text: &str) -> Result<(String, PathBuf), String> {
     Ok((label.to_owned(), file.into()))
 }
 
-/// Between and around pictures \[pixels\].
+/// Gap between and around pictures \[pixels\].
 const GAP: u32 = 8;
 /// Height of a line of text \[pixels\].
 const LINE: u32 = 14;
@@ -52,7 +52,7 @@ const LINE: u32 = 14;
 struct Tile {
     picture: Picture,
     label: String,
-    /// How far it is from the first one.
+    /// How much it differs from the first one.
     figures: String,
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `voxel-rt` in a renderer that has its own device, camera matrices and G-buffer of three targets.
 //!
-//! The first half of this file is the renderer, which knows nothing of lucerna. The second half, fewer than 100 lines with
-//! `pixel.wgsl`, brings it indirect light.
+//! `renderer.rs` is the renderer, which does not use lucerna. This file and `pixel.wgsl` add indirect light.
 //!
-//! `cargo run --example own_gbuffer [OUT.png]`; the file is `own_gbuffer.png` in the system's folder of temporary files if
-//! it is not named.
+//! `cargo run --example own_gbuffer [OUT.png]`; the file is `own_gbuffer.png` in the system's folder of temporary files
+//! by default.
 
 pub mod renderer;
 
@@ -27,7 +26,7 @@ use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
 use renderer::{Renderer, Targets};
 use std::path::PathBuf;
 
-/// The renderer's triangles and its lamp, as lucerna has them.
+/// The renderer's triangles and its lamp as a scene of lucerna.
 pub fn scene_of(renderer: &Renderer) -> Scene {
     let vertices = &renderer.vertices;
     let mesh = Mesh {
@@ -46,7 +45,7 @@ pub fn scene_of(renderer: &Renderer) -> Scene {
     }
 }
 
-/// What lucerna's kernels read of the renderer's G-buffer: the variables of `pixel.wgsl`.
+/// The parts of the renderer's G-buffer that lucerna's kernels read: the variables of `pixel.wgsl`.
 struct OwnPixels<'a>(&'a Targets);
 
 impl PixelSurfaces for OwnPixels<'_> {
@@ -64,7 +63,7 @@ impl PixelSurfaces for OwnPixels<'_> {
     }
 }
 
-/// Frames with direct and indirect light, and the mean of the later half.
+/// Renders frames with direct and indirect light, and returns the mean of the second half.
 pub fn render(renderer: &Renderer, n_frames: u32) -> Result<Picture, Box<dyn std::error::Error>> {
     let gpu = Gpu::new(renderer.device.clone(), renderer.queue.clone());
     let pixel = Source::module("own_gbuffer/pixel.wgsl", include_str!("pixel.wgsl"))?;

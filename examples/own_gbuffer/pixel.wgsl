@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a pixel of the renderer's own G-buffer sees.
+//! The surface that a pixel sees, from the renderer's own G-buffer.
 #define_import_path lucerna::scene::pixel
 
 #import lucerna::camera::primary_ray::point_at_depth

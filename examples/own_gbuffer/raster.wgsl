@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// The renderer's own pass: nothing of lucerna in it.
+// The renderer's own pass, which does not use lucerna.
 
 struct Camera {
     clip_from_world: mat4x4<f32>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A renderer that knows nothing of lucerna: a device, a mesh, camera matrices, and a pass that draws three targets.
+//! A renderer that does not use lucerna: a device, a mesh, camera matrices, and a pass that draws three targets.
 
 use bytemuck::{Pod, Zeroable};
 use glam::camera::rh::{proj, view};
@@ -19,7 +19,7 @@ pub struct Vertex {
 pub struct Targets {
     pub size: UVec2,
     pub albedo: wgpu::TextureView,
-    /// Halved and shifted into [0, 1].
+    /// Scaled and shifted into [0, 1].
     pub normal: wgpu::TextureView,
     /// Along the view axis [m]; 0: nothing.
     pub distance: wgpu::TextureView,
@@ -49,13 +49,13 @@ const FORMATS: [wgpu::TextureFormat; 3] = [
 ];
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// A room 4 m wide that is open to the front, with a block in it.
+/// A room 4 m wide, open at the front, with a block in it.
 fn room() -> (Vec<Vertex>, Vec<[u32; 3]>) {
     let (white, red, green) = ([0.7, 0.7, 0.7], [0.6, 0.1, 0.1], [0.1, 0.5, 0.1]);
     let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
     let room = Vec3::new(-2.0, 0.0, -2.0);
     let block = Vec3::new(-0.9, 0.0, -0.8);
-    // Corner, two sides whose cross product is the front, colour.
+    // Corner, two sides whose cross product points to the front, colour.
     let quads = [
         (room, 4.0 * z, 4.0 * x, white),
         (room + 4.0 * y, 4.0 * x, 4.0 * z, white),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One lamp without extent: whenever a light is drawn, it is the one, and no ray finds it.
+//! One lamp without extent: it is every sampled light, and no ray hits it.
 #define_import_path lucerna::scene::lights
 
 #import lucerna::light::punctual::sample_point_light

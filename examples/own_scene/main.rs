@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `voxel-rt` on a renderer's own scene: its buffers, its intersection code, no `GpuScene` and no G-buffer.
 //!
-//! The scene is a few parallelograms and a lamp. Seven short modules in this folder answer what kernels ask of a scene;
-//! bind group 0 is the renderer's. Everything else is lucerna, unchanged.
+//! The scene is a few parallelograms and a lamp. Seven short modules in this folder implement what kernels need from a
+//! scene; bind group 0 is the renderer's. Everything else is lucerna, unchanged.
 //!
-//! `cargo run --example own_scene [OUT.png]`; the file is `own_scene.png` in the system's folder of temporary files if it
-//! is not named.
+//! `cargo run --example own_scene [OUT.png]`; the file is `own_scene.png` in the system's folder of temporary files if
+//! it by default.
 
 use glam::{UVec2, Vec3, Vec4};
 use lucerna::blocking::{open, read_film};
@@ -27,7 +27,7 @@ use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
 use std::path::PathBuf;
 use wgpu::util::DeviceExt;
 
-/// The modules that answer for this scene.
+/// The modules that implement this scene.
 const MODULES: [(&str, &str); 7] = [
     ("own_scene/quads.wgsl", include_str!("quads.wgsl")),
     ("own_scene/triangles.wgsl", include_str!("triangles.wgsl")),
@@ -48,7 +48,7 @@ fn quad(corner: [f32; 3], u: [f32; 3], v: [f32; 3], color: [f32; 3]) -> Quad {
 /// Position \[m\] and intensity \[W·sr⁻¹\].
 pub const LAMP: (Vec3, Vec3) = (Vec3::new(0.0, 3.4, 0.4), Vec3::splat(12.0));
 
-/// A room 4 m wide, open towards the camera, with a shelf under which no light comes directly.
+/// A room 4 m wide, open towards the camera, with a shelf that keeps direct light from what is under it.
 pub fn room() -> Vec<Quad> {
     let (white, red, green) = ([0.7, 0.7, 0.7], [0.6, 0.1, 0.1], [0.1, 0.5, 0.1]);
     vec![
@@ -85,7 +85,7 @@ impl OwnScene {
         for (file, text) in MODULES {
             shaders = shaders.with_module(Source::module(file, text)?);
         }
-        // Kernels that ask for both bindings.
+        // Kernels that use both bindings.
         let asks_all = ["voxel_light/gather", "frame/direct"];
         let bound = vec![("quads", (&quads_buffer).into()), ("lamp", (&lamp_buffer).into())];
         let group = SceneGroup::new(gpu, &shaders, &asks_all, &bound);
@@ -125,7 +125,7 @@ impl SceneSeam for OwnScene {
     }
 }
 
-/// Pixels are found by rays: the scene is all that is bound.
+/// Rays find the pixels' surfaces, so only the scene is bound.
 struct ByRays<'a> {
     size: UVec2,
     scene: &'a SceneGroup,
@@ -145,7 +145,7 @@ impl PixelSurfaces for ByRays<'_> {
     }
 }
 
-/// Frames with direct and indirect light, and the mean of the later half.
+/// Renders frames with direct and indirect light, and returns the mean of the second half.
 pub fn render(
     gpu: &Gpu,
     scene: &OwnScene,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! No G-buffer: what a pixel sees is found by a ray.
+//! No G-buffer: a ray finds the surface that a pixel sees.
 #define_import_path lucerna::scene::pixel
 
 #import lucerna::frame::gbuffer::GBufferSurface

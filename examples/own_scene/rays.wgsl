@@ -12,7 +12,7 @@ fn nearest_hit(ray: Ray) -> Hit {
         let normal = cross(quad.u, quad.v);
         let to_corner = quad.corner - ray.origin;
         let t = dot(to_corner, normal) / dot(ray.direction, normal);
-        // (Also where the ray runs along the plane: t is not a number, or infinite.)
+        // (Also if the ray is parallel to the plane: t is NaN or infinite.)
         if !(t > ray.t_min && t < nearest.t) {
             continue;
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Nothing outside.
+//! A black sky.
 #define_import_path lucerna::scene::sky
 
 fn sky_radiance(direction: vec3<f32>) -> vec3<f32> {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Every quad reflects as Lambert, and none shines.
+//! Every quad is Lambertian, and none emits light.
 #define_import_path lucerna::scene::surface
 
 #import lucerna::geometry::barycentric::interpolate_vec3

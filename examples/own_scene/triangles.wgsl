@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Two triangles to a quad: the even one at its corner, the odd one opposite.
+//! Two triangles per quad: the even one at its corner, the odd one opposite.
 #define_import_path lucerna::scene::triangles
 
 #import lucerna::scene::types::TriangleCorners

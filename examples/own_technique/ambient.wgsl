@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Even light from all sides, as far as it gets through: rays over the hemisphere, of which some are blocked nearby.
+//! Uniform light from all sides, with occlusion by what is near: rays over the hemisphere, some of which are blocked.
 //!
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1.
 
@@ -13,11 +13,11 @@
 #import lucerna::scene::types::Ray
 
 struct Ambient {
-    /// From all sides [W·sr⁻¹·m⁻²].
+    /// Radiance from all sides [W·sr⁻¹·m⁻²].
     radiance: f32,
-    /// How far away something still shades [m].
+    /// Greatest distance of what blocks light [m].
     distance: f32,
-    /// Per pixel and frame.
+    /// Rays per pixel and frame.
     n_rays: u32,
     /// 1: the share of open rays is shown.
     shows_openness: u32,
@@ -53,7 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         n_open += u32(!any_hit(Ray(origin, 0.0, direction, ambient.distance)));
     }
     let open = f32(n_open) / f32(ambient.n_rays);
-    // A Lambertian under even light L reflects albedo · L.
+    // A Lambertian surface under uniform light L reflects albedo · L.
     let light = surface.albedo * ambient.radiance * open;
     let shown = select(light, vec3<f32>(open), ambient.shows_openness != 0u);
     textureStore(indirect, id.xy, vec4<f32>(shown, open));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A technique that another crate brings: even ambient light, shaded by rays. It has a kernel, settings, a debug view, and
-//! takes part in lucerna's frames like any other.
+//! A technique from another crate: uniform ambient light, with occlusion by rays. It has a kernel, settings and a debug
+//! view, and takes part in lucerna's frames like any other technique.
 //!
-//! `cargo run --example own_technique [OUT.png [NAME=VALUE …]]`; the file is `own_technique.png` in the system's folder of
-//! temporary files if it is not named. Settings: `radiance`, `distance`, `rays`.
+//! `cargo run --example own_technique [OUT.png [NAME=VALUE …]]`; the file is `own_technique.png` in the system's folder
+//! of temporary files by default. Settings: `radiance`, `distance`, `rays`.
 
 use glam::UVec2;
 use lucerna::blocking::{FramesToRender, open, read_film, render_frames};
@@ -21,7 +21,7 @@ use lucerna::techniques::{
 };
 use std::path::{Path, PathBuf};
 
-/// What can be chosen.
+/// The settings of the technique.
 #[derive(Clone, Copy, Debug)]
 pub struct AmbientSettings {
     pub radiance: f32,
@@ -47,9 +47,9 @@ impl Settings for AmbientSettings {
             "distance",
             "m",
             SettingKind::number(1e-3, 1e6),
-            "How far away something still shades",
+            "Greatest distance of what blocks light",
         ),
-        Setting::new("rays", "rays", SettingKind::integer(1, 64), "Per pixel and frame"),
+        Setting::new("rays", "rays", SettingKind::integer(1, 64), "Rays per pixel and frame"),
     ];
 
     fn get(&self, ix: usize) -> SettingValue {
@@ -99,7 +99,7 @@ impl Ambient {
         settings: AmbientSettings,
     ) -> Result<Self, TechniqueError> {
         settings.check()?;
-        // A path that begins so makes it a kernel, by the name behind.
+        // An import path with this prefix makes it a kernel, whose name is the rest.
         let shaders = scene.shaders().with_module(Source {
             import_path: "lucerna::kernels::own::ambient".into(),
             file: "own_technique/ambient.wgsl".into(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! FLIP, by NVIDIA's own code (crate `nv-flip`).
+//! FLIP, computed by NVIDIA's own code (crate `nv-flip`).
 
 use glam::Vec3;
 use nv_flip::{FlipImageFloat, FlipImageRgb8};
@@ -7,14 +7,14 @@ use nv_flip::{FlipImageFloat, FlipImageRgb8};
 use super::{CompareError, check};
 use crate::picture::{Picture, srgb};
 
-/// Pixels in a degree of the visual field: 0.7 m from a screen 0.7 m wide with 3840 pixels, FLIP's default.
+/// Pixels per degree of the visual field, FLIP's default: 0.7 m from a screen 0.7 m wide with 3840 pixels.
 pub const PIXELS_PER_DEGREE: f32 = 67.0;
 
 /// A picture of where two pictures differ: FLIP's error of each pixel in the magma colour map, from black
 /// (no difference) through purple and orange to pale yellow (the largest, 1).
 ///
-/// The values are linear like any picture's; written as PNG without exposure or tone map they are the bytes
-/// of the colour map.
+/// The values are linear, as in any picture; written as PNG without exposure or tone map, they become the bytes of the
+/// colour map.
 ///
 /// # Errors
 /// As [`compare`](super::compare).
@@ -30,7 +30,7 @@ pub fn difference_picture(test: &Picture, reference: &Picture) -> Result<Picture
     Ok(Picture { width: test.width, height: test.height, rgb })
 }
 
-/// The pictures are checked.
+/// The pictures must have been checked.
 pub(super) fn mean_error(test: &Picture, reference: &Picture) -> f64 {
     let errors = error_map(test, reference).to_vec();
     errors.iter().copied().map(f64::from).sum::<f64>() / errors.len() as f64

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How far a picture is from a reference: mean ratio, MSE, RMSE, PSNR, SSIM, CIE lightness, FLIP.
+//! How much a picture differs from a reference: mean ratio, MSE, RMSE, PSNR, SSIM, CIE lightness, FLIP.
 //!
-//! [`compare`] takes two linear [`Picture`]s of one size and gives a [`Comparison`]; each number's
-//! definition stands at its field. Two kinds of pixel values enter:
+//! [`compare`] takes two linear [`Picture`]s of the same size and returns a [`Comparison`], whose fields document the
+//! definitions. They use two kinds of pixel values:
 //!
-//! * **linear**: the pictures' values as they are, so energy counts and highlights weigh;
-//! * **display**: linear values clipped to 0..1 and encoded as sRGB, in 0..1, not rounded to bytes
-//!   unless the field says so. Pictures whose interesting part is far below or above 1 want to be
-//!   brought there (both by one factor) before the display numbers say much.
+//! * **linear**: the pictures' values without changes, so that energy and highlights matter;
+//! * **display**: linear values clipped to 0..1 and encoded as sRGB, in 0..1, not rounded to bytes unless the field
+//!   says so. If the interesting part of the pictures is far below or above 1, scale both by the same factor first;
+//!   otherwise the display numbers say little.
 //!
-//! Arithmetic is in f64, FLIP's in f32.
+//! The arithmetic is in f64, except FLIP's, which is in f32.
 
 mod flip;
 mod ssim;
@@ -22,13 +22,13 @@ use crate::picture::{Picture, PictureError, srgb};
 
 pub use flip::{PIXELS_PER_DEGREE, difference_picture};
 
-/// The most pixels that are compared: 2²⁵, which holds 8K UHD. The work takes about 80 bytes for each.
+/// The most pixels that are compared: 2²⁵, enough for 8K UHD. The comparison needs about 80 bytes for each.
 pub const MAX_COMPARED_PIXELS: usize = 1 << 25;
 
 /// Rec. 709 luminance of linear RGB (the weights of IEC 61966-2-1).
 const LUMINANCE_WEIGHTS: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
-/// The distance of a test picture from a reference picture.
+/// How much a test picture differs from a reference picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// Pixels in a row.
@@ -39,15 +39,15 @@ pub struct Comparison {
     pub mean_test: [f64; 3],
     /// Mean of the reference's linear red, green and blue.
     pub mean_reference: [f64; 3],
-    /// `mean_test / mean_reference` by channel: 1 where the energy is right. Where the reference's mean
-    /// is 0 it is 1 if the test's is 0 too, and else ±∞.
+    /// `mean_test / mean_reference` by channel: 1 if the energy is right. If the reference's mean is 0, it is 1 if the
+    /// test's is also 0, and otherwise ±∞.
     pub mean_ratio: [f64; 3],
     /// Mean of `(test − reference)²` over pixels and channels, linear.
     pub mse: f64,
     /// `√mse`, linear, in the unit of the pictures.
     pub rmse: f64,
-    /// `rmse / |mean of the reference over pixels and channels|`. Where that mean is 0 it is 0 if
-    /// `rmse` is, and else ∞.
+    /// `rmse / |mean of the reference over pixels and channels|`. If that mean is 0, it is 0 if `rmse` is 0, and
+    /// otherwise ∞.
     pub relative_rmse: f64,
     /// Peak signal to noise ratio of the display values, `−10·log₁₀(mean (test − reference)²)`, peak 1, in
     /// decibel; ∞ where they are equal.
@@ -99,9 +99,9 @@ impl From<&Comparison> for serde_json::Value {
 /// Which of the two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The picture that is judged.
+    /// The picture under test.
     Test,
-    /// The picture it should be.
+    /// The picture that it should match.
     Reference,
 }
 
@@ -120,7 +120,7 @@ impl fmt::Display for Side {
 pub enum CompareError {
     /// The sizes differ.
     #[error(
-        "the test picture has {} x {} pixels and the reference {} x {}; compare pictures of one size",
+        "the test picture has {} x {} pixels and the reference {} x {}; compare pictures of the same size",
         test[0], test[1], reference[0], reference[1]
     )]
     SizeMismatch {
@@ -152,8 +152,8 @@ pub enum CompareError {
 /// Compares a linear picture with a linear reference of the same size.
 ///
 /// # Errors
-/// The sizes differ, a picture is empty or not as long as its size says, a value is NaN or infinite, or there
-/// are more than [`MAX_COMPARED_PIXELS`].
+/// The sizes differ, a picture is empty or has another number of pixels than its size says, a value is NaN or infinite,
+/// or there are more than [`MAX_COMPARED_PIXELS`] pixels.
 pub fn compare(test: &Picture, reference: &Picture) -> Result<Comparison, CompareError> {
     check(test, reference)?;
     let n_pixels = test.rgb.len() as f64;
@@ -254,7 +254,7 @@ fn display_from_linear(rgb: DVec3) -> DVec3 {
 
 /// CIE 1976 lightness L*, 0..100, of linear RGB (CIE 15:2004, 8.2.1): `116·f(Y) − 16`.
 fn lightness(rgb: DVec3) -> f64 {
-    /// Where `f` passes from a cube root to a line, as in `f(Y) = Y / (3δ²) + 4/29` for `Y ≤ δ³`.
+    /// δ, where `f` changes from a cube root to a line: `f(Y) = Y / (3δ²) + 4/29` for `Y ≤ δ³`.
     const DELTA: f64 = 6.0 / 29.0;
     let y = rgb.dot(LUMINANCE_WEIGHTS).clamp(0.0, 1.0);
     let f = if y > DELTA.powi(3) { y.cbrt() } else { y / (3.0 * DELTA * DELTA) + 4.0 / 29.0 };

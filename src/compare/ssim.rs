@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 
-/// Window side. Wang's.
+/// Side of the window, as in Wang et al.
 const WINDOW: usize = 11;
-/// Standard deviation of the Gaussian window in pixels. Wang's.
+/// Standard deviation of the Gaussian window in pixels, as in Wang et al.
 const SIGMA: f64 = 1.5;
 /// `(K₁·L)²` with K₁ = 0.01 and dynamic range L = 1: keeps the luminance term finite.
 const C1: f64 = 0.01 * 0.01;
@@ -37,7 +37,7 @@ impl Moments {
 /// Takes rows from the top and keeps the last [`WINDOW`] of them.
 pub(super) struct Ssim {
     weights: [f64; WINDOW],
-    /// Each row filtered along itself: one entry for each place where the window fits.
+    /// Each row, filtered horizontally: one entry for each position at which the window fits.
     rows: VecDeque<Vec<Moments>>,
     n_windows_in_row: usize,
     sum: DVec3,
@@ -86,7 +86,7 @@ impl Ssim {
         moments
     }
 
-    /// The mean over windows and channels; none if no window fitted.
+    /// The mean over windows and channels; None if no window fitted.
     pub(super) fn mean(&self) -> Option<f64> {
         (self.n_windows > 0).then(|| self.sum.element_sum() / (3 * self.n_windows) as f64)
     }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What several techniques are built from. A component keeps something on the GPU, brings it up to date, and offers it to
-//! kernels that look it up (`wgsl/fields/`).
+//! The parts from which techniques are built. A component keeps data on the GPU, updates it, and offers it to kernels,
+//! which look it up (`wgsl/fields/`).
 //!
 //! | component | keeps |
 //! |---|---|
-//! | [`voxels`] | which cells of a grid surfaces meet, and what they look like there |
+//! | [`voxels`] | which cells of a grid surfaces intersect, and what they look like there |
 //! | [`voxel_light`] | irradiance of the voxels' faces, in nested grids around the eye |
 //! | [`voxel_pyramid`] | light and opacity of ever coarser voxels, for cones |
 //! | [`shadow_maps`] | what lights see |

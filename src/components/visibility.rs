@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What tells kernels how much of a light a point sees.
+//! How kernels find out how much of a light a point sees.
 
 use crate::gpu::{Bindings, OwnedResource};
 use crate::shader::{Choice, Variant};
 
-/// Rays, or the maps or voxels that kernels ask instead: what stands behind `lucerna::scene::visibility`.
+/// The implementation behind `lucerna::scene::visibility`: rays, or shadow maps or voxels instead.
 #[derive(Clone, Debug, Default)]
 pub struct LightVisibility {
     choices: Vec<Choice>,
@@ -12,7 +12,7 @@ pub struct LightVisibility {
 }
 
 impl LightVisibility {
-    /// A ray to each drawn light.
+    /// A ray to each sampled light.
     pub fn rays() -> Self {
         Self::default()
     }
@@ -21,12 +21,12 @@ impl LightVisibility {
         Self { choices: choices.to_vec(), bindings }
     }
 
-    /// The variant of kernels that ask this.
+    /// The variant of kernels that use this.
     pub fn variant(&self, of_scene: Variant) -> Variant {
         self.choices.iter().fold(of_scene, |variant, &choice| variant.with(choice))
     }
 
-    /// What such kernels bind in group 3.
+    /// The bindings of such kernels in group 3.
     pub fn bindings(&self) -> Bindings<'_> {
         self.bindings.iter().map(|(name, resource)| (*name, resource.into())).collect()
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A frame's light put together, and its mean over frames: the kernel `frame/composite`.
+//! The sum of a frame's light, and its mean over frames: the kernel `frame/composite`.
 
 use super::{Pixels, check_size};
 use crate::bindings::kernels::frame::composite::CompositeInfo;
@@ -9,25 +9,25 @@ use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, radiance_targe
 use crate::seam::{Mismatch, Revisions, SceneSeam, check_shaders};
 use glam::UVec2;
 
-/// Sums over frames, of the same kind as the reference's: all its channels can be had from them.
+/// Sums over frames, of the same form as the reference's: they give all its channels.
 #[derive(Debug)]
 pub struct Accumulator {
     film: Film,
     beauty: wgpu::TextureView,
     n_frames: u32,
-    /// Of what the sums are: camera and scene.
+    /// The camera and the scene of the sums.
     seen: Option<(Camera, Revisions)>,
 }
 
 impl Accumulator {
-    /// An empty one. `size`: at least 1×1 \[pixels\]; 96 bytes a pixel.
+    /// An empty accumulator. `size`: at least 1×1 \[pixels\]; 96 bytes per pixel.
     pub fn new(gpu: &Gpu, size: UVec2) -> Self {
         let film = Film::new(gpu, size);
         let beauty = radiance_target(gpu, "beauty", size);
         Self { film, beauty, n_frames: 0, seen: None }
     }
 
-    /// Begins anew with the next frame. (Where the camera or the scene has changed, it does so by itself.)
+    /// Starts again with the next frame. (If the camera or the scene has changed, this happens automatically.)
     pub fn reset(&mut self) {
         self.n_frames = 0;
     }
@@ -37,7 +37,7 @@ impl Accumulator {
         self.n_frames
     }
 
-    /// Sums of all channels; [`resolve`](crate::film::resolve) makes pictures of them.
+    /// Sums of all channels, which [`resolve`](crate::film::resolve) turns into pictures.
     pub fn film(&self) -> &Film {
         &self.film
     }
@@ -53,7 +53,7 @@ impl Accumulator {
 pub struct CompositePass {
     kernel: ComputeKernel,
     shaders: Shaders,
-    /// Bound where there is no indirect light.
+    /// Bound if there is no indirect light.
     black: wgpu::TextureView,
 }
 
@@ -69,14 +69,14 @@ impl CompositePass {
         }
     }
 
-    /// Records one dispatch for each stripe of the accumulator, and counts the frame. The sums begin anew where the
-    /// camera or the scene has changed since the last one.
+    /// Records one dispatch for each stripe of the accumulator, and counts the frame. The sums start again if the
+    /// camera or the scene has changed since the last frame.
     ///
-    /// `direct`, `indirect`: rgb radiance \[W·sr⁻¹·m⁻²\], `rgba16float` or `rgba32float`, of the
-    /// picture's size. A frame whose light is not finite in a pixel is left out there and counted.
+    /// `direct`, `indirect`: rgb radiance \[W·sr⁻¹·m⁻²\], `rgba16float` or `rgba32float`, of the picture's size. If a
+    /// frame's light is not finite in a pixel, the frame is left out there and counted.
     ///
     /// # Errors
-    /// The scene is not what the kernel was compiled for, or sizes differ.
+    /// The scene differs from the one that the kernel was compiled for, or sizes differ.
     pub fn record(
         &self,
         recorder: &mut Recorder,

@@ -8,15 +8,15 @@ use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, radiance_targe
 use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec2;
 
-/// How much is spent on direct light. (Point, spot and directional lights get a ray each, as long as
-/// there are no more than 16.)
+/// Numbers of samples of direct light. (If there are at most 16 point, spot and directional lights, each gets a ray of
+/// its own.)
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DirectSettings {
-    /// Draws of an emissive triangle or the sky, per pixel and frame.
+    /// Samples of emissive triangles and the sky, per pixel and frame.
     pub n_samples: u32,
-    /// Draws of a reflection, per pixel and frame, which find lights by chance: what is bright and
-    /// near, and what glossy surfaces mirror. 0: none; the mean is the same, with more noise.
+    /// Samples of the BSDF, per pixel and frame, which hit lights by chance: they reduce the noise of bright, near
+    /// lights and of reflections in glossy surfaces. 0: none; the mean is the same, with more noise.
     pub n_bsdf_samples: u32,
 }
 
@@ -27,7 +27,7 @@ impl Default for DirectSettings {
 }
 
 impl DirectSettings {
-    /// Draws of lights and of reflections, per pixel and frame.
+    /// Numbers of light samples and of BSDF samples, per pixel and frame.
     pub fn new(n_samples: u32, n_bsdf_samples: u32) -> Self {
         Self { n_samples, n_bsdf_samples }
     }
@@ -45,10 +45,10 @@ pub struct DirectPass {
 }
 
 impl DirectPass {
-    /// Compiles the kernel for the scene's variant and makes a target of this size \[pixels\].
+    /// Compiles the kernel for the scene's variant and creates a target of this size \[pixels\].
     ///
-    /// `visibility`: what tells which lights pixels see. (Cones stand for the share of the light that each draw is:
-    /// `n_bsdf_samples` of 0 leaves all of it to them.)
+    /// `visibility`: how pixels find out which lights they see. (Cones only serve light samples: with `n_bsdf_samples`
+    /// of 0 they determine all direct light.)
     pub fn new(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
@@ -81,8 +81,9 @@ impl DirectPass {
         &self.radiance
     }
 
-    /// Two u32 that count pixels of all frames so far: those whose light was not finite and was replaced by 0, and those whose
-    /// light is wrong because the driver ended loops early (too many light samples for it). It has `COPY_SRC`.
+    /// Two u32 that count pixels of all frames so far: those whose light was not finite and was replaced by 0, and
+    /// those whose light is wrong because the driver ended loops early (too many light samples for it). The buffer has
+    /// `COPY_SRC`.
     pub fn faults(&self) -> &wgpu::Buffer {
         &self.faults
     }
@@ -90,7 +91,7 @@ impl DirectPass {
     /// Records one dispatch.
     ///
     /// # Errors
-    /// The scene is not what the kernel was compiled for, or sizes differ.
+    /// The scene differs from the one that the kernel was compiled for, or sizes differ.
     pub fn record(
         &self,
         recorder: &mut Recorder,

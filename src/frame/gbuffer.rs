@@ -8,7 +8,7 @@ use crate::gpu::{
 use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec2;
 
-/// Textures that hold the surface in each pixel, 28 bytes a pixel. What they hold stands in
+/// Textures that hold the surface in each pixel, 28 bytes per pixel. Their contents are documented in
 /// `wgsl/frame/gbuffer.wgsl`, whose `decode_gbuffer` reads them.
 ///
 /// All can be bound as textures and copied from.
@@ -20,7 +20,7 @@ pub struct GBuffer {
     pub normals: wgpu::TextureView,
     /// Emitted radiance, roughness.
     pub emission: wgpu::TextureView,
-    /// Picture coordinates in the frame before, less those now.
+    /// Picture coordinates in the previous frame, minus the current ones.
     pub motion: wgpu::TextureView,
     /// near/z; 0: no surface.
     pub depth: wgpu::TextureView,
@@ -39,10 +39,10 @@ impl GBuffer {
     /// near/z.
     pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-    /// Makes textures of this size \[pixels\], at least 1×1.
+    /// Creates textures of this size \[pixels\], at least 1×1.
     ///
     /// # Errors
-    /// [`GpuError::PictureTooLarge`]: the device holds no texture of this size.
+    /// [`GpuError::PictureTooLarge`]: the device cannot create a texture of this size.
     pub fn new(gpu: &Gpu, size: UVec2) -> Result<Self, GpuError> {
         let limit = gpu.device.limits().max_texture_dimension_2d;
         if size.max_element() > limit {
@@ -73,10 +73,11 @@ impl GBuffer {
         })
     }
 
-    /// Takes the caller's textures, of these formats (or ones that shaders read alike) and one size.
+    /// Uses the caller's textures, which must have these formats (or formats that shaders read in the same way) and the
+    /// same size.
     ///
     /// # Errors
-    /// [`GpuError::PictureTooLarge`] never; [`GpuError::OtherFormat`]: a texture's format or size does not fit.
+    /// [`GpuError::OtherFormat`]: a texture's format or size does not match. (Never [`GpuError::PictureTooLarge`].)
     pub fn from_views(
         albedo: wgpu::TextureView,
         normals: wgpu::TextureView,
@@ -132,7 +133,7 @@ pub struct GBufferPass {
 }
 
 impl GBufferPass {
-    /// Compiles the kernel; it serves every scene of the same variant.
+    /// Compiles the kernel; it works for every scene of the same variant.
     ///
     /// # Errors
     /// [`Mismatch::NoRaster`]
@@ -157,7 +158,7 @@ impl GBufferPass {
     /// Records one render pass that clears and fills the G-buffer.
     ///
     /// # Errors
-    /// The scene is not what the kernel was compiled for, or sizes differ.
+    /// The scene differs from the one that the kernel was compiled for, or sizes differ.
     pub fn record(
         &self,
         recorder: &mut Recorder,

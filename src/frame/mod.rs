@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The frame that all real-time techniques share: G-buffer, direct light, a technique's indirect
-//! light, and their sum over frames.
+//! The frame that all real-time techniques share: a G-buffer, direct light, the technique's indirect light, and their
+//! sum over frames.
 //!
 //! ```text
 //! View::advance      camera, jitter, matrices          -> what kernels bind as `view`
-//! ShadowMaps         what lights see, where asked for  -> depth maps
+//! ShadowMaps         what lights see, if used          -> depth maps
 //! Technique::update  what the technique keeps up to date
 //! GBufferPass        rasterises the scene              -> GBuffer
 //! DirectPass         lights; shadows by rays, maps or cones -> radiance
@@ -12,9 +12,9 @@
 //! CompositePass      emitted + direct + indirect       -> Accumulator
 //! ```
 //!
-//! Passes record into the caller's encoder ([`Recorder`]). Nothing here submits, waits or reads back,
-//! and from the third frame on nothing is allocated as long as textures and buffers stay the same. Everything takes effect in the
-//! order of recording: several views, techniques and frames can stand in one submission.
+//! Passes record into the caller's command encoder ([`Recorder`]). Nothing here submits, waits or reads back, and from
+//! the third frame on nothing is allocated as long as textures and buffers stay the same. Everything takes effect in
+//! the order of recording, so one submission can contain several views, techniques and frames.
 //!
 //! | pass | reads | writes |
 //! |---|---|---|
@@ -45,16 +45,17 @@ pub use gbuffer::{GBuffer, GBufferPass};
 pub use technique::{DebugView, Technique, TechniqueError};
 pub use view::{View, ViewSettings};
 
-/// What the pixels of a picture see: bindings of `lucerna::scene::pixel`. [`GBuffer`] is lucerna's own; a renderer with
-/// another one replaces that module ([`Shaders::with_module`](crate::gpu::Shaders::with_module)) and implements this.
+/// The surfaces that the pixels of a picture see: bindings of `lucerna::scene::pixel`. [`GBuffer`] is lucerna's own
+/// implementation; a renderer with another G-buffer replaces that module
+/// ([`Shaders::with_module`](crate::gpu::Shaders::with_module)) and implements this trait.
 pub trait PixelSurfaces {
     /// Width and height \[pixels\].
     fn size(&self) -> UVec2;
 
-    /// What the module binds in group 2 besides `view`, by the names of its variables.
+    /// The module's bindings in group 2 other than `view`, by the names of its variables.
     fn bindings(&self) -> Bindings<'_>;
 
-    /// Bind group 0, if the module asks the scene.
+    /// Bind group 0, if the module uses the scene.
     fn scene(&self) -> Option<&SceneGroup> {
         None
     }
@@ -66,17 +67,17 @@ impl From<&View> for Eye {
     }
 }
 
-/// A picture's camera, and what its pixels see.
+/// A picture's camera, and the surfaces that its pixels see.
 #[derive(Clone, Copy)]
 pub struct Pixels<'a> {
     /// The camera.
     pub view: &'a View,
-    /// What the pixels see.
+    /// The surfaces.
     pub surfaces: &'a dyn PixelSurfaces,
 }
 
 impl<'a> Pixels<'a> {
-    /// Both together.
+    /// Combines the two.
     ///
     /// # Errors
     /// [`Mismatch::Size`]
@@ -85,7 +86,7 @@ impl<'a> Pixels<'a> {
         Ok(Self { view, surfaces })
     }
 
-    /// Fails where a target is of another size than the picture.
+    /// Fails if a target has another size than the picture.
     ///
     /// # Errors
     /// [`Mismatch::Size`]
@@ -103,12 +104,12 @@ impl<'a> Pixels<'a> {
         self.view.size()
     }
 
-    /// Bind group 0, if what the pixels see is asked of the scene.
+    /// Bind group 0, if the pixels' surfaces are found in the scene.
     pub fn scene(&self) -> Option<&'a SceneGroup> {
         self.surfaces.scene()
     }
 
-    /// What kernels bind in group 2.
+    /// The bindings of kernels in group 2.
     pub fn bindings(&self) -> Bindings<'a> {
         let mut bindings = self.surfaces.bindings();
         bindings.push(("view", Resource::Uniform(bytemuck::bytes_of(self.view.data()))));
@@ -133,7 +134,7 @@ pub struct FramePasses {
     pub direct: DirectPass,
     /// Sums over frames.
     pub accumulator: Accumulator,
-    /// Drawn before anything else where the scene has changed.
+    /// Drawn before anything else if the scene has changed.
     pub shadow_maps: Option<ShadowMaps>,
     /// Shown instead of the technique's light, if it has such a debug view.
     pub debug_view: Option<String>,
@@ -143,7 +144,8 @@ pub struct FramePasses {
 }
 
 impl FramePasses {
-    /// Compiles the passes for the scene's variant and makes targets of this size \[pixels\]. Lights are seen by rays.
+    /// Compiles the passes for the scene's variant and creates targets of this size \[pixels\]. Rays decide which
+    /// lights are visible.
     ///
     /// # Errors
     /// As [`GBuffer::new`], or [`Mismatch::NoRaster`].
@@ -156,8 +158,8 @@ impl FramePasses {
         Self::with_visibility(gpu, scene, size, direct, &LightVisibility::rays())
     }
 
-    /// As [`Self::new`], with something else to tell which lights pixels see. (Put the shadow maps that it is of into
-    /// [`Self::shadow_maps`].)
+    /// As [`Self::new`], but `visibility` decides which lights pixels see. (If it is that of shadow maps, put these
+    /// into [`Self::shadow_maps`].)
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -181,7 +183,7 @@ impl FramePasses {
         })
     }
 
-    /// Records what comes before the picture: shadow maps where the scene has changed, and the technique's update.
+    /// Records what comes before the picture: shadow maps, if the scene has changed, and the technique's update.
     ///
     /// # Errors
     /// Those of [`Technique::update`] and [`ShadowMaps::record`].
@@ -201,7 +203,7 @@ impl FramePasses {
     /// Records one frame and adds it to the accumulator.
     ///
     /// # Errors
-    /// As [`Self::update`], or the view's size is another than the targets'.
+    /// As [`Self::update`], or the view has another size than the targets.
     pub fn record(
         &mut self,
         recorder: &mut Recorder,
@@ -232,14 +234,14 @@ impl FramePasses {
     }
 }
 
-/// The passes of a frame could not be made.
+/// The passes of a frame could not be created.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrameError {
     /// A limit of the device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The scene gives nothing to rasterise.
+    /// The scene cannot be rasterised.
     #[error(transparent)]
     Scene(#[from] Mismatch),
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a frame asks of a technique.
+//! The interface between a frame and a technique.
 
 use super::Pixels;
 use crate::components::LightVisibility;
@@ -12,19 +12,20 @@ use crate::report::{Notice, Stat};
 use crate::seam::{Mismatch, SceneSeam};
 use crate::setting::{Setting, SettingError, SettingValue};
 
-/// A real-time technique of indirect light.
+/// A real-time technique for indirect light.
 ///
-/// A technique is made by a function of its own (`new(&Gpu, &dyn SceneSeam, Settings, …)`), and is built from
-/// [components](crate::components). It can be a `Box<dyn Technique>`.
+/// Each technique has its own constructor (`new(&Gpu, &dyn SceneSeam, Settings, …)`), and is built from
+/// [components](crate::components). The trait is object-safe: `Box<dyn Technique>` works.
 pub trait Technique {
     /// Its name on the command line and in tables: `voxel-rt`.
     fn name(&self) -> &'static str;
 
-    /// Records bringing up to date what the technique keeps between frames: injects, gathers, bounces. Called
-    /// once a frame, before pixels are shaded. It compares the scene's revisions itself: nobody tells it what has changed.
+    /// Records the update of what the technique keeps between frames: it injects, gathers, bounces. Call it once a
+    /// frame, before pixels are shaded. It compares the scene's revisions itself, so no call is needed to report a
+    /// change.
     ///
     /// # Errors
-    /// The technique does not fit the scene any more. What was recorded until then does no harm.
+    /// The technique no longer fits the scene. What has been recorded so far does no harm.
     fn update(
         &mut self,
         recorder: &mut Recorder,
@@ -32,22 +33,21 @@ pub trait Technique {
         eye: &Eye,
     ) -> Result<(), TechniqueError>;
 
-    /// Whether there is any indirect light: else [`Self::shade`] need not be called.
+    /// Whether there is any indirect light. If not, [`Self::shade`] need not be called.
     fn shades(&self) -> bool {
         true
     }
 
-    /// Records indirect light of every pixel into `target`, a texture of the picture's size, `rgba32float` with
-    /// `STORAGE_BINDING`. rgb: radiance that the surface reflects
-    /// towards the camera \[W·sr⁻¹·m⁻²\] of light that was reflected at least once before; 0 where
-    /// there is no surface; a: ambient occlusion ([`Channel::Openness`](crate::film::Channel::Openness)), 1 if it is not
-    /// known.
+    /// Records the indirect light of every pixel into `target`, a texture of the picture's size, `rgba32float` with
+    /// `STORAGE_BINDING`. rgb: the radiance that the surface reflects towards the camera \[W·sr⁻¹·m⁻²\], of light that
+    /// was reflected at least once before; 0 where there is no surface. a: ambient occlusion
+    /// ([`Channel::Openness`](crate::film::Channel::Openness)), 1 if it is not known.
     ///
-    /// The surface as `scene::pixel::pixel_surface` returns it is what reflects: a white
-    /// Lambertian where irradiance is asked for.
+    /// The reflecting surface is the one that `scene::pixel::pixel_surface` returns: a white Lambertian one if
+    /// irradiance is requested.
     ///
     /// # Errors
-    /// The technique cannot go on.
+    /// The technique cannot continue.
     fn shade(
         &mut self,
         recorder: &mut Recorder,
@@ -55,12 +55,12 @@ pub trait Technique {
         target: &wgpu::TextureView,
     ) -> Result<(), TechniqueError>;
 
-    /// What else than its light can be seen of the technique.
+    /// Views of the technique other than its light.
     fn debug_views(&self) -> &'static [DebugView] {
         &[]
     }
 
-    /// As [`Self::shade`], drawing a debug view by its name instead.
+    /// As [`Self::shade`], but records the debug view of this name.
     ///
     /// # Errors
     /// [`TechniqueError::NoDebugView`]
@@ -74,32 +74,33 @@ pub trait Technique {
         Err(TechniqueError::NoDebugView(name.to_owned()))
     }
 
-    /// Its settings as they are now, described.
+    /// Descriptions of its settings, with their current values.
     fn settings(&self) -> Vec<(Setting, SettingValue)>;
 
-    /// What can be counted of it: records, bytes, what was rejected or found no room.
+    /// Its statistics: records, bytes, what was rejected or did not fit.
     fn stats(&self) -> Vec<Stat> {
         Vec::new()
     }
 
-    /// What is worth saying about how it was laid out for the scene.
+    /// What the user should know about how it fits the scene.
     fn notices(&self) -> Vec<Notice> {
         Vec::new()
     }
 
-    /// What it keeps as an answer to how much of a light a point sees, for pixels to ask; None: it has none.
+    /// How pixels can query, from the technique's own data, how much of a light a point sees; None if the technique has
+    /// no such data.
     fn visibility(&self) -> Option<LightVisibility> {
         None
     }
 }
 
-/// Something of a technique that can be looked at instead of its light.
+/// A view of a technique's data, shown instead of its light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DebugView {
     /// As [`Technique::shade_debug_view`] takes it.
     pub name: &'static str,
-    /// What is to be seen.
+    /// What it shows.
     pub help: &'static str,
 }
 
@@ -110,14 +111,14 @@ impl DebugView {
     }
 }
 
-/// A technique could not be set up, or a frame not be recorded.
+/// A technique could not be created, or a frame could not be recorded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TechniqueError {
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// The scene is not what the technique was made for.
+    /// The scene differs from the one that the technique was made for.
     #[error(transparent)]
     Mismatch(#[from] Mismatch),
     /// The light of voxels.
@@ -143,7 +144,7 @@ pub enum TechniqueError {
     Other(#[from] Box<dyn std::error::Error + Send + Sync>),
 }
 
-// What means the same is the same, wherever it was found.
+// Errors of the same meaning become the same variant, wherever they were found.
 impl From<VoxelLightError> for TechniqueError {
     fn from(error: VoxelLightError) -> Self {
         match error {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The camera of a frame: matrices, jitter, the uniform that all kernels share.
+//! The camera of a frame: matrices, jitter, and the uniform that all kernels share.
 
 use super::camera_for_size;
 use crate::bindings::lucerna::frame::view::FrameView;
@@ -7,32 +7,33 @@ use crate::scene::{Camera, Projection};
 use crate::seam::{SceneFacts, SceneSeam};
 use glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec2};
 
-/// What does not follow from camera and scene.
+/// Settings of a view, besides the camera and the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ViewSettings {
-    /// Frames that will be averaged. 1: no jitter. More: each frame samples the pixel elsewhere, so
-    /// that the mean converges to the pixel's box filter, and textures are read that much sharper.
+    /// Number of frames that will be averaged. 1: no jitter. More: each frame samples another position within the
+    /// pixel, so that the mean converges to the pixel's box filter, and textures are read correspondingly sharper.
     pub n_accumulated: u32,
-    /// Stream of random numbers.
+    /// Seed of the random numbers.
     pub seed: u32,
     /// Distance of the near plane \[m\], above 0; nothing in front of it is seen. None: 10 µm, or 10⁻⁴ of the scene's
-    /// diagonal where that is less. (Depths are as exact with any: they are reversed, and found from the pixel's ray.)
+    /// diagonal if that is less. (It does not affect the precision of depths: they are reversed, and found from the
+    /// pixel's ray.)
     pub near: Option<f32>,
-    /// The first surface is a white Lambertian: π·(direct + indirect) is its irradiance.
+    /// Replaces the first surface with a white Lambertian one: π·(direct + indirect) is its irradiance.
     pub irradiance: bool,
-    /// How far ambient occlusion looks \[m\], at least 0.
+    /// Radius of ambient occlusion \[m\], at least 0.
     pub occlusion_distance: f32,
 }
 
 impl Default for ViewSettings {
-    /// One frame, seed 0, a near plane by the scene's size; ambient occlusion as far as 1 m.
+    /// One frame, seed 0, a near plane that follows from the scene's size, and ambient occlusion within 1 m.
     fn default() -> Self {
         Self { n_accumulated: 1, seed: 0, near: None, irradiance: false, occlusion_distance: 1.0 }
     }
 }
 
-/// The camera of the present frame.
+/// The camera of the current frame.
 #[derive(Clone, Debug)]
 pub struct View {
     data: FrameView,
@@ -40,12 +41,12 @@ pub struct View {
 }
 
 impl View {
-    /// `size`: at least 1×1 \[pixels\]. Nothing is seen before [`Self::advance`].
+    /// `size`: at least 1×1 \[pixels\]. The view is empty before the first [`Self::advance`].
     pub fn new(size: UVec2) -> Self {
         Self { data: FrameView { size, ..bytemuck::Zeroable::zeroed() }, n_frames: 0 }
     }
 
-    /// Begins the next frame.
+    /// Starts the next frame.
     pub fn advance(&mut self, scene: &dyn SceneSeam, camera: &Camera, settings: &ViewSettings) {
         let scene = scene.facts();
         let size = self.data.size;
@@ -85,7 +86,7 @@ impl View {
         self.n_frames = 0;
     }
 
-    /// What kernels bind as `view`.
+    /// The uniform that kernels bind as `view`.
     pub fn data(&self) -> &FrameView {
         &self.data
     }
@@ -95,16 +96,16 @@ impl View {
         self.data.size
     }
 
-    /// Frames before the present one.
+    /// Number of frames before the current one.
     pub fn frame_ix(&self) -> u32 {
         self.data.frame
     }
 }
 
-/// Where frame `ix` samples its pixels, from their centre \[pixels\]: the first two dimensions of Sobol's sequence (I. Sobol',
-/// 1967), turned so that it begins at the centre. Any 2ᵏ frames in a row from a multiple of 2ᵏ on, the first ones above all,
-/// have one sample in each of 2ᵏ equal rows and columns of the pixel. (Of R2's first 32 points, none lies in the lowest 8 % of
-/// the pixel: what covers no more was not seen.)
+/// Where frame `ix` samples its pixels, relative to their centre \[pixels\]: the first two dimensions of Sobol's
+/// sequence (I. Sobol', 1967), shifted so that it starts at the centre. Any 2ᵏ consecutive frames that start at a
+/// multiple of 2ᵏ, and so the first ones, have one sample in each of 2ᵏ equal rows and columns of the pixel. (None of
+/// the first 32 points of R2 lies in the lowest 8 % of the pixel, so that what covers only this part would be missed.)
 fn jitter(ix: u32) -> Vec2 {
     let x = ix.reverse_bits();
     let mut y = 0;
@@ -118,7 +119,7 @@ fn jitter(ix: u32) -> Vec2 {
     Vec2::new(component(x), component(y))
 }
 
-/// The near plane's distance where none is asked for \[m\].
+/// The default distance of the near plane \[m\].
 fn near_of(scene: &SceneFacts) -> f32 {
     const NEAR: f32 = 1e-5;
     const SHARE: f32 = 1e-4;
@@ -127,16 +128,17 @@ fn near_of(scene: &SceneFacts) -> f32 {
     if share > 0.0 { share.min(NEAR) } else { NEAR }
 }
 
-/// The power of two that brings the brightest emission \[W·sr⁻¹·m⁻²\] to 2¹⁴ to 2¹⁵, below the 65 504 that 16-bit floats hold.
+/// The power of two that scales the brightest emission \[W·sr⁻¹·m⁻²\] to 2¹⁴ to 2¹⁵, below 65 504, the largest 16-bit
+/// float.
 fn emission_scale(brightest: f32) -> f32 {
     if !(brightest.is_normal() && brightest > 0.0) {
         return 1.0;
     }
-    // Within what f32 can multiply by and divide by.
+    // Within the range in which both it and its inverse are normal f32.
     2f32.powi((14 - brightest.log2().floor() as i32).clamp(-120, 120))
 }
 
-/// How deep an orthographic camera must see to see all of the scene \[m\].
+/// The depth range in which an orthographic camera sees the whole scene \[m\].
 fn orthographic_range(camera: &Camera, scene: &SceneFacts, near: f32) -> f32 {
     let (min, max) = (scene.bounds_min, scene.bounds_max);
     let corner = glam::Vec3::select(camera.forward.cmpge(glam::Vec3::ZERO), max, min);

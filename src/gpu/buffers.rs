@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Buffers and textures as the crate makes them.
+//! Creation of the crate's buffers and textures.
 
 use super::{Gpu, GpuError};
 use glam::UVec2;
 
-/// A buffer of the device's own, zeroed.
+/// A zeroed buffer.
 pub(crate) fn buffer(
     gpu: &Gpu,
     label: &'static str,
@@ -19,8 +19,8 @@ pub(crate) fn buffer(
     })
 }
 
-/// A storage buffer that can be copied from, zeroed. `usage`: what it is used for besides; `advice`: what
-/// to do where the device does not bind as much ([`GpuError::TooLarge`]).
+/// A zeroed storage buffer that can be copied from. `usage`: its other usages; `advice`: what to do if the device
+/// cannot bind this many bytes ([`GpuError::TooLarge`]).
 pub(crate) fn storage_buffer(
     gpu: &Gpu,
     what: &'static str,
@@ -42,8 +42,8 @@ pub(crate) fn extent(size: UVec2) -> wgpu::Extent3d {
     wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 }
 }
 
-/// A texture for a technique's light or a picture: `rgba32float`, written by kernels and read by them, radiance
-/// \[W·sr⁻¹·m⁻²\] per pixel. `size` \[pixels\].
+/// A texture for a technique's light or a picture: `rgba32float`, which kernels write and read, with the radiance
+/// \[W·sr⁻¹·m⁻²\] of each pixel. `size` \[pixels\].
 pub fn radiance_target(gpu: &Gpu, label: &str, size: UVec2) -> wgpu::TextureView {
     target(gpu, label, size, wgpu::TextureFormat::Rgba32Float)
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The pass layer: a kernel with its pipeline and layouts, and a call of it with what it binds.
+//! The pass layer: a kernel with its pipeline and layouts, and a call of it with its bindings.
 //!
-//! Pipeline, layouts, label and workgroup size come from the table that the build made of the kernel. A pass states what
-//! it binds, by the names of the shader's variables, its uniforms, and how large it is:
+//! Pipeline, layouts, label and workgroup size come from the table that the build script generates for the kernel. A
+//! pass only states its bindings and uniforms, by the names of the shader's variables, and the size of its dispatch:
 //!
 //! ```no_run
 //! # use lucerna::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
@@ -28,7 +28,7 @@ use glam::{UVec2, UVec3};
 use std::num::NonZeroU64;
 use std::sync::{Mutex, PoisonError};
 
-/// Bind group 0 with its layout: what stands behind the scene seam.
+/// Bind group 0 with its layout: the resources behind the scene seam.
 #[derive(Clone, Debug)]
 pub struct SceneGroup {
     bindings: Vec<Binding>,
@@ -37,11 +37,11 @@ pub struct SceneGroup {
 }
 
 impl SceneGroup {
-    /// Binds what these kernels ask of the scene, by the names of the seam's variables. (A pipeline takes the group as a whole:
-    /// name all kernels that will run with it, or those that ask most.)
+    /// Binds the scene resources that these kernels use, by the names of the seam's variables. (A pipeline's layout
+    /// must match the whole group: name all kernels that will run with it, or those that use the most.)
     ///
     /// # Panics
-    /// If there is no such kernel, or a variable is not bound, or otherwise than it is declared.
+    /// If there is no such kernel, or a variable is not bound, or its binding does not match its declaration.
     pub fn new(gpu: &Gpu, shaders: &Shaders, kernels: &[&str], bound: &Bindings) -> Self {
         let mut all = Interface::default();
         for kernel in kernels {
@@ -110,7 +110,7 @@ fn group_of(
     })
 }
 
-/// What is bound to a variable.
+/// A resource that is bound to a variable.
 #[derive(Clone, Copy, Debug)]
 pub enum Resource<'a> {
     /// A whole buffer.
@@ -149,15 +149,16 @@ impl<'a> From<&'a wgpu::Tlas> for Resource<'a> {
     }
 }
 
-/// What is bound to the variables of a field or of the pixels' seam, by their names. A kernel takes of it what it asks for.
+/// Resources of a field or of the pixels' seam, by the names of its variables. A kernel uses those that it declares.
 pub type Bindings<'a> = Vec<(&'a str, Resource<'a>)>;
 
-/// How much a kernel runs.
+/// The size of a dispatch.
 #[derive(Clone, Copy, Debug)]
 pub enum Dispatch<'a> {
-    /// One invocation an item, in rows of workgroups, as `dispatch_of_groups` of `wgsl/math/dispatch.wgsl` lays them out.
+    /// One invocation per item, in rows of workgroups, as `dispatch_of_groups` of `wgsl/math/dispatch.wgsl` lays them
+    /// out.
     Items(u32),
-    /// As many workgroups, in such rows.
+    /// This number of workgroups, in such rows.
     Rows(u32),
     /// One invocation for each item of a rectangle.
     Area(UVec2),
@@ -169,7 +170,7 @@ pub enum Dispatch<'a> {
     Indirect(&'a wgpu::Buffer, u64),
 }
 
-/// The layouts of a kernel's bind groups, and groups that were made before.
+/// The layouts of a kernel's bind groups, and the groups made so far.
 #[derive(Debug)]
 struct Groups {
     name: &'static str,
@@ -179,7 +180,7 @@ struct Groups {
     known: Mutex<Vec<KnownGroup>>,
 }
 
-/// A bind group by what it binds.
+/// A bind group, with the resources that it binds.
 #[derive(Debug)]
 struct KnownGroup {
     ix: u32,
@@ -190,10 +191,10 @@ struct KnownGroup {
 /// The group of the fields: their uniforms are buffers, and have no dynamic offsets.
 const FIELDS: u32 = 3;
 
-/// How many groups a kernel keeps: levels, targets of several views, and the chunks of uniforms that are under way.
+/// How many groups a kernel keeps: for levels, for targets of several views, and for the chunks of uniforms in flight.
 const KEPT: usize = 64;
 
-/// A resource that outlives a call. (Handles: cloning one shares it. They are the same where wgpu says so.)
+/// A resource that outlives a call. (A handle: clones share the resource, and equality is wgpu's.)
 #[derive(Clone, Debug, PartialEq)]
 pub enum OwnedResource {
     /// A whole buffer.
@@ -230,7 +231,7 @@ impl Groups {
         let mut layouts = [const { None }; 4];
         if interface.group(0).next().is_some() {
             let scene =
-                scene.unwrap_or_else(|| panic!("{name} asks the scene, and none was given"));
+                scene.unwrap_or_else(|| panic!("{name} uses the scene, but no scene was given"));
             layouts[0] = Some(scene.clone());
         }
         for group in 1..4 {
@@ -255,7 +256,8 @@ impl Groups {
     /// The bind groups for these resources, each with its index and dynamic offsets.
     ///
     /// # Panics
-    /// If a variable is not bound, bound by another kind or size than the shader declares, or a name is the kernel's not.
+    /// If a variable is not bound, if its binding has another kind or size than the shader declares, or if the kernel
+    /// has no variable of a name.
     fn bind(
         &self,
         gpu: &Gpu,
@@ -282,7 +284,7 @@ impl Groups {
                     (Some(ix), _) => bound[ix].1,
                     (None, Some(ix)) if group > 1 => offered[ix].1,
                     _ => panic!(
-                        "{kernel} asks for `{}` (group {group}), and nothing is bound to it",
+                        "{kernel} declares `{}` (group {group}), but nothing is bound to it",
                         binding.name
                     ),
                 };
@@ -351,7 +353,7 @@ impl Groups {
     }
 }
 
-/// The resource for as long as the group lives, and its dynamic offset.
+/// The resource to keep while the group lives, and its dynamic offset.
 fn own(
     gpu: &Gpu,
     uniforms: &mut Uniforms,
@@ -373,7 +375,7 @@ fn own(
     let name = &binding.name;
     assert!(
         fits,
-        "{kernel}: `{name}` is a {}, and something else is bound",
+        "{kernel}: `{name}` is a {}, but something else is bound",
         binding.kind.in_words()
     );
     match resource {
@@ -388,7 +390,7 @@ fn own(
             let n = contents.len();
             assert_eq!(
                 n, bytes as usize,
-                "{kernel}: `{name}` has {bytes} bytes, and {n} are bound"
+                "{kernel}: `{name}` has {bytes} bytes, but {n} are bound"
             );
             let (chunk, offset) = uniforms.place(&gpu.device, &gpu.queue, contents);
             (OwnedResource::Buffer(chunk), offset)
@@ -405,10 +407,10 @@ pub struct ComputeKernel {
 }
 
 impl ComputeKernel {
-    /// Compiles a kernel that has one entry point. `scene`: layout of bind group 0, for kernels that ask the scene.
+    /// Compiles a kernel that has one entry point. `scene`: layout of bind group 0, for kernels that use the scene.
     ///
     /// # Panics
-    /// If there is no kernel of this name, it has several entry points, or it asks a scene that is not there.
+    /// If there is no kernel of this name, it has several entry points, or it uses the scene and none is given.
     pub fn new(
         gpu: &Gpu,
         shaders: &Shaders,
@@ -439,7 +441,7 @@ impl ComputeKernel {
             None => None,
         };
         let found = found.unwrap_or_else(|| panic!("{name} has no single entry point {entry:?}"));
-        // An entry point has the bindings of its whole module: which of them it uses, nobody need know.
+        // An entry point gets the bindings of its whole module, whether it uses them or not.
         let groups = Groups::new(gpu, name, &interface, scene.map(|scene| &scene.layout));
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(name),
@@ -460,13 +462,13 @@ impl ComputeKernel {
         self.groups.name
     }
 
-    /// Begins a call within a pass.
+    /// Starts a call within a pass.
     pub fn call<'c, 'r>(&'c self, pass: &'c mut ComputeRecorder<'r>) -> ComputeCall<'c, 'r> {
         ComputeCall { kernel: self, pass, scene: None, bound: Vec::new(), offered: Vec::new() }
     }
 }
 
-/// A call of a kernel, until [`Self::dispatch`].
+/// A call of a kernel, which [`Self::dispatch`] records.
 #[must_use = "nothing is recorded before `dispatch`"]
 pub struct ComputeCall<'c, 'r> {
     kernel: &'c ComputeKernel,
@@ -477,7 +479,7 @@ pub struct ComputeCall<'c, 'r> {
 }
 
 impl<'c> ComputeCall<'c, '_> {
-    /// Binds the scene, of kernels that ask it. None changes nothing.
+    /// Binds the scene, for kernels that use it. None changes nothing.
     pub fn scene(mut self, scene: impl Into<Option<&'c SceneGroup>>) -> Self {
         self.scene = scene.into().or(self.scene);
         self
@@ -489,29 +491,29 @@ impl<'c> ComputeCall<'c, '_> {
         self
     }
 
-    /// Gives the `var<uniform>` of this name its contents, for this call.
+    /// Sets the contents of the `var<uniform>` of this name, for this call.
     pub fn uniform<T: NoUninit>(self, name: &'c str, contents: &'c T) -> Self {
         let bytes = bytemuck::bytes_of(contents);
         self.bind(name, Resource::Uniform(bytes))
     }
 
-    /// Offers what a field or the pixels bind; the kernel takes what it asks for in groups 2 and 3.
+    /// Offers the bindings of a field or of the pixels; the kernel uses those that it declares in groups 2 and 3.
     pub fn with(mut self, bindings: Bindings<'c>) -> Self {
         self.offered.extend(bindings);
         self
     }
 
-    /// Records it.
+    /// Records the call.
     ///
     /// # Panics
-    /// If a variable of the kernel is not bound, or otherwise than it is declared.
+    /// If a variable of the kernel is not bound, or its binding does not match its declaration.
     pub fn dispatch(self, size: Dispatch) {
         let Self { kernel, pass, scene, bound, offered } = self;
         let groups = kernel.groups.bind(pass.gpu, pass.uniforms, &bound, &offered);
         let recorded = &mut pass.pass;
         recorded.set_pipeline(&kernel.pipeline);
         if kernel.groups.layouts[0].is_some() {
-            let scene = scene.unwrap_or_else(|| panic!("{} asks the scene", kernel.name()));
+            let scene = scene.unwrap_or_else(|| panic!("{} needs a scene", kernel.name()));
             recorded.set_bind_group(0, &scene.group, &[]);
         }
         for (ix, group, offsets) in &groups {
@@ -536,18 +538,18 @@ impl<'c> ComputeCall<'c, '_> {
     }
 }
 
-/// What a render pipeline has besides its shaders.
+/// The state of a render pipeline besides its shaders.
 #[derive(Clone, Debug, Default)]
 pub struct RenderState<'a> {
     /// Formats of the colour targets.
     pub targets: &'a [wgpu::TextureFormat],
     /// Depth test and bias; None: no depth.
     pub depth: Option<wgpu::DepthStencilState>,
-    /// What is drawn.
+    /// The primitives that are drawn.
     pub primitive: wgpu::PrimitiveState,
 }
 
-/// A vertex and a fragment kernel as a pipeline. They may stand in one file or in two.
+/// A vertex and a fragment kernel as a pipeline. They may be in one file or in two.
 #[derive(Debug)]
 pub struct RenderKernel {
     pipeline: wgpu::RenderPipeline,
@@ -555,10 +557,10 @@ pub struct RenderKernel {
 }
 
 impl RenderKernel {
-    /// Compiles the kernels. `scene`: layout of bind group 0, for kernels that ask the scene.
+    /// Compiles the kernels. `scene`: layout of bind group 0, for kernels that use the scene.
     ///
     /// # Panics
-    /// If there is no such kernel or entry point, or the two kernels declare one binding in two ways.
+    /// If there is no such kernel or entry point, or the two kernels declare a binding differently.
     pub fn new(
         gpu: &Gpu,
         shaders: &Shaders,
@@ -616,7 +618,7 @@ impl RenderKernel {
         Self { pipeline, groups }
     }
 
-    /// Records drawing `n_vertices` within a pass. `bound`, `offered`: as of [`ComputeCall`].
+    /// Records a draw of `n_vertices` within a pass. `bound`, `offered`: as in [`ComputeCall`].
     ///
     /// # Panics
     /// As [`ComputeCall::dispatch`].
@@ -631,7 +633,7 @@ impl RenderKernel {
         let recorded = &mut pass.pass;
         recorded.set_pipeline(&self.pipeline);
         if self.groups.layouts[0].is_some() {
-            let scene = scene.unwrap_or_else(|| panic!("{} asks the scene", self.groups.name));
+            let scene = scene.unwrap_or_else(|| panic!("{} needs a scene", self.groups.name));
             recorded.set_bind_group(0, &scene.group, &[]);
         }
         for (ix, group, offsets) in &groups {
@@ -641,7 +643,7 @@ impl RenderKernel {
     }
 }
 
-/// The stages that a kernel's bindings are seen from.
+/// The stages that can access a kernel's bindings.
 fn stages_of(interface: &Interface) -> wgpu::ShaderStages {
     let is_compute = interface.entry_points.iter().all(|entry| entry.stage == Stage::Compute);
     if is_compute { wgpu::ShaderStages::COMPUTE } else { wgpu::ShaderStages::VERTEX_FRAGMENT }
@@ -668,7 +670,7 @@ fn layout_of(
             );
             wgpu::BindGroupLayoutEntry {
                 binding: binding.binding,
-                // Vertex stages write nothing in baseline WebGPU.
+                // Vertex stages cannot write in baseline WebGPU.
                 visibility: if writes { stages - wgpu::ShaderStages::VERTEX } else { stages },
                 ty,
                 count: None,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A device to run kernels on, the caller's or one of our own choice, and recording on it.
+//! A device to run kernels on, the caller's or one that lucerna opens, and recording on it.
 //!
 //! | to … | use |
 //! |---|---|
-//! | wrap a device that is there, or open one | [`Gpu`] |
+//! | wrap an existing device, or open one | [`Gpu`] |
 //! | record into an encoder | [`Recorder`] |
 //! | compile a kernel and call it | [`ComputeKernel`], [`RenderKernel`] |
 //! | say where kernels come from | [`Shaders`] |
@@ -46,12 +46,12 @@ pub struct Gpu {
 /// Which adapter to take.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AdapterChoice {
-    /// The best real GPU, else a software adapter.
+    /// The best hardware GPU, or a software adapter if there is none.
     #[default]
     Auto,
     /// A software adapter.
     Software,
-    /// The first whose name contains this, whatever the case.
+    /// The first adapter whose name contains this text, in upper or lower case.
     Named(String),
 }
 
@@ -67,13 +67,13 @@ impl std::str::FromStr for AdapterChoice {
     }
 }
 
-/// No device could be had.
+/// There is no device, or one of its limits is exceeded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
     /// wgpu was built without a backend for this system.
     #[error(
-        "no backend of wgpu was built in; enable one of lucerna's features `vulkan`, `metal`, `dx12` and `webgpu` that this system has, or a backend of wgpu itself"
+        "no backend of wgpu was built in; enable one of lucerna's features `vulkan`, `metal`, `dx12` and `webgpu` that this system supports, or a backend of wgpu itself"
     )]
     NoBackend,
     /// The system has no adapter at all.
@@ -81,37 +81,37 @@ pub enum GpuError {
         "no GPU adapter found, not even a software one; install a Vulkan driver (on Debian: mesa-vulkan-drivers) and try again"
     )]
     NoAdapter,
-    /// None of the adapters fits.
-    #[error("no adapter matches `{wanted}`; there is {}", .found.join(", "))]
+    /// None of the adapters matches.
+    #[error("no adapter matches `{wanted}`; there are {}", .found.join(", "))]
     NoMatch {
-        /// What was asked for.
+        /// The requested name.
         wanted: String,
         /// Names of the adapters.
         found: Vec<String>,
     },
-    /// The adapter refused.
+    /// The adapter gave no device.
     #[error("adapter `{adapter}` gives no device: {source}")]
     Device {
         /// The adapter's name.
         adapter: String,
-        /// What wgpu says.
+        /// wgpu's error.
         source: wgpu::RequestDeviceError,
     },
-    /// A picture that is larger than the device's textures.
+    /// The picture is larger than the device's textures can be.
     #[error(
-        "a picture of {width}×{height} pixels does not fit: this device's textures have at most {limit} a side; render it smaller"
+        "a picture of {width}×{height} pixels is too large: this device's textures have at most {limit} per side; render a smaller picture"
     )]
     PictureTooLarge {
-        /// Pixels a row.
+        /// Pixels per row.
         width: u32,
         /// Rows.
         height: u32,
         /// `max_texture_dimension_2d` of the device.
         limit: u32,
     },
-    /// A 3-D texture with too long an edge.
+    /// A 3-D texture has an edge that is too long.
     #[error(
-        "{what} need {edge} texels along an edge, and this device's 3-D textures have at most {limit}; {advice}"
+        "{what} need {edge} texels along an edge, but this device's 3-D textures have at most {limit}; {advice}"
     )]
     VolumeTooLarge {
         /// What the texture holds.
@@ -123,7 +123,7 @@ pub enum GpuError {
         /// What to do.
         advice: &'static str,
     },
-    /// A texture of the caller's whose format, or whose size beside the others, does not fit.
+    /// A texture of the caller has the wrong format, or another size than the others.
     #[error(
         "the texture `{what}` must be {expected:?} and as large as the others; it is {found:?}"
     )]
@@ -135,8 +135,8 @@ pub enum GpuError {
         /// The texture's format.
         found: wgpu::TextureFormat,
     },
-    /// Data that is too large for one binding.
-    #[error("{what} needs {bytes} bytes in one binding, and this device allows {limit}; {advice}")]
+    /// Data is too large for one binding.
+    #[error("{what} needs {bytes} bytes in one binding, but this device allows {limit}; {advice}")]
     TooLarge {
         /// What the buffer holds.
         what: &'static str,
@@ -150,13 +150,13 @@ pub enum GpuError {
 }
 
 impl Gpu {
-    /// Takes the caller's device. The handles are shared, the device stays the caller's.
+    /// Uses the caller's device. The handles are shared; the device remains the caller's.
     pub fn new(device: Device, queue: Queue) -> Self {
         Self { device, queue, uniforms: UniformPool::default() }
     }
 
-    /// Opens a device with WebGPU's default limits (storage bindings as large as the adapter
-    /// allows), timestamps and ray queries where the adapter has them.
+    /// Opens a device with WebGPU's default limits (but storage bindings as large as the adapter allows), and with
+    /// timestamps and ray queries if the adapter has them.
     ///
     /// # Errors
     /// [`GpuError::NoBackend`], [`GpuError::NoAdapter`], [`GpuError::NoMatch`] or [`GpuError::Device`].
@@ -209,8 +209,8 @@ impl Gpu {
         if features.contains(Features::EXPERIMENTAL_RAY_QUERY) {
             limits = limits.using_minimum_supported_acceleration_structure_values();
             limits.max_blas_primitive_count = offered.max_blas_primitive_count;
-            // SAFETY: wgpu asks for this acknowledgement that ray queries are not yet finished on
-            // its side; the kernels index acceleration structures that GpuScene built and keeps.
+            // SAFETY: wgpu requires this acknowledgement because its ray queries are not finished yet; the kernels only
+            // index acceleration structures that GpuScene built and keeps.
             experimental = unsafe { ExperimentalFeatures::enabled() };
         } else {
             features.remove(Features::EXPERIMENTAL_RAY_QUERY);
@@ -234,7 +234,7 @@ impl Gpu {
     }
 }
 
-/// All adapters, the best first: discrete, integrated, virtual, other, software. None without a backend of wgpu.
+/// All adapters, the best first: discrete, integrated, virtual, other, software. Empty without a backend of wgpu.
 pub async fn adapters() -> Vec<Adapter> {
     if Instance::enabled_backend_features().is_empty() {
         return Vec::new();

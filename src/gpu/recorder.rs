@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Recording into the caller's encoder.
+//! Recording into the caller's command encoder.
 
 use super::uniforms::Uniforms;
 use super::{Gpu, PassTimers};
 
-/// What is needed to record: the device, the caller's encoder, timers, and memory for uniforms.
+/// What recording needs: the device, the caller's command encoder, timers, and memory for uniforms.
 ///
-/// Everything that is recorded takes effect in its order, uploads and uniforms too: two views, two techniques or two
-/// frames in one submission give the same bytes as one by one. Nothing here submits or waits.
+/// Everything takes effect in the order of recording, including uploads and uniforms: two views, two techniques or two
+/// frames give the same bytes in one submission as in separate ones. Nothing here submits or waits.
 ///
-/// Uniforms come from buffers that are used again when the submission is done, which wgpu notices in later submissions
-/// and polls.
+/// Uniforms are in buffers that are reused when the submission is done, which wgpu notices in later submissions and
+/// polls.
 pub struct Recorder<'a> {
     gpu: &'a Gpu,
     encoder: &'a mut wgpu::CommandEncoder,
@@ -19,12 +19,12 @@ pub struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Records into `encoder`, which must be of the same device.
+    /// Records into `encoder`, which must belong to the same device.
     pub fn new(gpu: &'a Gpu, encoder: &'a mut wgpu::CommandEncoder) -> Self {
         Self::timed(gpu, encoder, None)
     }
 
-    /// As [`Self::new`]; passes write GPU timestamps, if there are timers.
+    /// As [`Self::new`], but passes write GPU timestamps, if there are timers.
     pub fn timed(
         gpu: &'a Gpu,
         encoder: &'a mut wgpu::CommandEncoder,
@@ -39,7 +39,7 @@ impl<'a> Recorder<'a> {
         self.gpu
     }
 
-    /// The caller's encoder, for what is not a pass.
+    /// The caller's command encoder, for commands that are not passes.
     pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
         self.encoder
     }
@@ -56,7 +56,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Begins a compute pass, by whose label it is timed.
+    /// Starts a compute pass, which is timed under its label.
     pub fn compute(&mut self, label: &'static str) -> ComputeRecorder<'_> {
         let timestamp_writes = self.timers.as_deref_mut().and_then(|timers| timers.compute(label));
         let descriptor = wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes };
@@ -67,7 +67,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Begins a render pass, by whose label it is timed. `targets`: cleared to zero; `depth`: cleared to 0.
+    /// Starts a render pass, which is timed under its label. `targets` are cleared to zero, `depth` to 0.
     pub fn render(
         &mut self,
         label: &'static str,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where kernels come from.
+//! The source of kernels.
 
 use super::Gpu;
 use crate::modules::kernel;
@@ -9,7 +9,7 @@ use std::borrow::Cow;
 #[cfg(feature = "compose")]
 use crate::shader::Source;
 
-/// Where kernels come from: a variant, and (feature `compose`) modules of one's own that replace lucerna's or stand beside
+/// The source of kernels: a variant, and (feature `compose`) your own modules, which replace lucerna's or are added to
 /// them.
 #[derive(Clone, Debug, Default)]
 pub struct Shaders {
@@ -19,7 +19,7 @@ pub struct Shaders {
 }
 
 impl Shaders {
-    /// lucerna's kernels in a variant.
+    /// lucerna's kernels in this variant.
     pub fn new(variant: Variant) -> Self {
         Self::default().with_variant(variant)
     }
@@ -36,11 +36,11 @@ impl Shaders {
         self.variant
     }
 
-    /// A kernel for a device: the build's WGSL, or naga's IR composed now.
+    /// A kernel for a device: WGSL composed at build time, or naga's IR composed now.
     ///
     /// # Panics
-    /// If there is no such kernel, it has to be composed and the feature `compose` is off, or a module of one's own does not
-    /// fit: the message holds the problems.
+    /// If there is no such kernel, if it has to be composed and the feature `compose` is off, or if one of your own
+    /// modules does not compose. The message has the problems.
     pub(crate) fn module(&self, gpu: &Gpu, name: &str) -> (wgpu::ShaderModule, Interface) {
         let (source, interface) = self.source(name);
         let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source };
@@ -61,7 +61,7 @@ impl Shaders {
         let Some(row) = kernel(name, variant) else { panic!("there is no kernel `{name}`") };
         let Some(text) = row.composed else {
             panic!(
-                "{name} in the variant {variant} is composed at run time: enable lucerna's feature `compose`"
+                "{name} in the variant {variant} must be composed at run time: enable lucerna's feature `compose`"
             )
         };
         (wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)), row.interface.clone())
@@ -70,8 +70,8 @@ impl Shaders {
 
 #[cfg(feature = "compose")]
 impl Shaders {
-    /// The same with a module of one's own: under an import path of the scene seam it replaces lucerna's. A module whose path
-    /// begins with `lucerna::kernels::` is a kernel.
+    /// Adds your own module. If it has the import path of one of lucerna's modules, such as those of the scene seam, it
+    /// replaces that module. A module whose path begins with `lucerna::kernels::` is a kernel.
     pub fn with_module(&self, module: Source) -> Self {
         let mut own = self.own.to_vec();
         own.retain(|known| known.import_path != module.import_path);

@@ -3,7 +3,7 @@
 
 use crate::gpu::Gpu;
 
-/// Passes of a frame that are timed; further ones are not.
+/// The most passes of a frame that are timed; further ones are not.
 const MAX_PASSES: u32 = 128;
 
 /// Times the passes of a frame by name.
@@ -12,12 +12,12 @@ pub struct PassTimers {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     names: Vec<&'static str>,
-    /// Nanoseconds a tick.
+    /// Nanoseconds per tick.
     period: f64,
 }
 
 impl PassTimers {
-    /// None where the device has no timestamps.
+    /// None if the device has no timestamps.
     pub fn new(gpu: &Gpu) -> Option<Self> {
         gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Self {
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
@@ -36,12 +36,12 @@ impl PassTimers {
         })
     }
 
-    /// Forgets the passes so far: a frame begins.
+    /// Forgets the passes so far, at the start of a frame.
     pub fn begin_frame(&mut self) {
         self.names.clear();
     }
 
-    /// What the descriptor of a compute pass takes.
+    /// Timestamp writes for the descriptor of a compute pass.
     pub fn compute(&mut self, name: &'static str) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let first = self.next(name)?;
         Some(wgpu::ComputePassTimestampWrites {
@@ -51,7 +51,7 @@ impl PassTimers {
         })
     }
 
-    /// What the descriptor of a render pass takes.
+    /// Timestamp writes for the descriptor of a render pass.
     pub fn render(&mut self, name: &'static str) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         let first = self.next(name)?;
         Some(wgpu::RenderPassTimestampWrites {
@@ -69,7 +69,7 @@ impl PassTimers {
         })
     }
 
-    /// To be recorded after the frame's passes.
+    /// Records the resolution of the timestamps. Call it after the frame's passes.
     pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
         if !self.names.is_empty() {
             let n = 2 * self.names.len() as u32;
@@ -77,18 +77,20 @@ impl PassTimers {
         }
     }
 
-    /// The frame's passes in order, several of one name where a pass dispatches in parts.
+    /// The names of the frame's passes in order; a pass that dispatches in parts occurs several
+    /// times.
     pub fn names(&self) -> &[&'static str] {
         &self.names
     }
 
-    /// Where [`Self::resolve`] writes: begin and end of each pass as u64 ticks; it has `COPY_SRC`.
+    /// The buffer that [`Self::resolve`] writes: begin and end of each pass as u64 ticks. It has
+    /// `COPY_SRC`.
     pub fn resolved(&self) -> &wgpu::Buffer {
         &self.resolved
     }
 
-    /// Milliseconds of each pass from the bytes of [`Self::resolved`], by name in the order of
-    /// their first pass; parts of one name added.
+    /// Milliseconds of each pass from the bytes of [`Self::resolved`], by name, in the order in
+    /// which names first occur; passes of the same name are added up.
     pub fn milliseconds(&self, bytes: &[u8]) -> Vec<(&'static str, f64)> {
         let ticks = |ix: usize| u64::from_ne_bytes(std::array::from_fn(|k| bytes[8 * ix + k]));
         let mut out: Vec<(&'static str, f64)> = Vec::new();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Memory for the uniforms of a recording: each dispatch has a place of its own, so that one submission can hold as many
-//! of them as one likes.
+//! Memory for the uniforms of a recording: each dispatch has its own place, so that one submission can contain any
+//! number of dispatches.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Bytes of a buffer that recordings take places from.
+/// Bytes of a buffer in which recordings get places.
 const CHUNK: u64 = 64 << 10;
 
-/// Buffers that no submission uses at present. Shared by all clones of a [`Gpu`](super::Gpu).
+/// Buffers that no submission currently uses. Shared by all clones of a [`Gpu`](super::Gpu).
 #[derive(Clone, Debug, Default)]
 pub(super) struct UniformPool(Arc<Mutex<Vec<wgpu::Buffer>>>);
 
@@ -26,7 +26,7 @@ impl UniformPool {
         })
     }
 
-    /// Takes buffers back whose submission is done.
+    /// Takes back buffers whose submission is done.
     fn give_back(&self, chunks: Vec<wgpu::Buffer>) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(chunks);
     }
@@ -37,7 +37,7 @@ impl UniformPool {
 pub(super) struct Uniforms {
     pool: UniformPool,
     chunks: Vec<wgpu::Buffer>,
-    /// Where the last chunk is free from.
+    /// The offset from which the last chunk is free.
     next: u64,
     alignment: u64,
 }
@@ -48,8 +48,8 @@ impl Uniforms {
         Self { pool: pool.clone(), chunks: Vec::new(), next: 0, alignment }
     }
 
-    /// Writes `contents` (at most 64 KiB, whole words) to a place that nothing else in this recording or in an unfinished
-    /// submission uses. It is there when the recording is submitted.
+    /// Writes `contents` (at most 64 KiB, whole words) to a place that nothing else in this recording or in an
+    /// unfinished submission uses. The contents are written by the time the recording is submitted.
     pub fn place(
         &mut self,
         device: &wgpu::Device,
@@ -69,7 +69,7 @@ impl Uniforms {
         (chunk, offset as u32)
     }
 
-    /// Hands the chunks back once what was recorded has run. (Of an encoder that is never submitted they are dropped.)
+    /// Returns the chunks once the recorded commands have run. (If the encoder is never submitted, they are dropped.)
     pub fn release(&mut self, encoder: &wgpu::CommandEncoder) {
         let chunks = std::mem::take(&mut self.chunks);
         if !chunks.is_empty() {

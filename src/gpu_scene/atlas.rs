@@ -9,21 +9,21 @@ use etagere::{AtlasAllocator, size2};
 use glam::{UVec2, Vec3};
 use std::collections::BTreeMap;
 
-/// What an image's numbers mean, and so how its mips are averaged.
+/// What an image's numbers mean, which decides how its mips are averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Encoding {
     /// RGB encoded as sRGB, alpha linear.
     Srgb,
-    /// Plain numbers.
+    /// Linear numbers.
     Linear,
 }
 
-/// The array texture, and where each image lies.
+/// The array texture, and where each image is.
 #[derive(Debug)]
 pub struct Atlas {
     /// Texels as stored; kernels decode sRGB.
     pub texels: wgpu::TextureView,
-    /// On the GPU.
+    /// Size on the GPU.
     pub bytes: u64,
     places: BTreeMap<(usize, Encoding), Place>,
 }
@@ -35,7 +35,7 @@ struct Place {
     size: UVec2,
 }
 
-/// An image and its mips, as they stand in the atlas: mip 0, to its right mip 1, below that the
+/// An image and its mips, as arranged in the atlas: mip 0, to its right mip 1, below that the
 /// others.
 struct Block {
     mips: Vec<Mip>,
@@ -67,7 +67,7 @@ impl Block {
 }
 
 impl Atlas {
-    /// Packs every image that a material uses, once for each encoding in which it is read.
+    /// Packs every image that a material uses, once per encoding in which it is read.
     pub fn build(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuSceneError> {
         let limits = gpu.device.limits();
         let mut blocks = BTreeMap::new();
@@ -82,7 +82,7 @@ impl Atlas {
                 if let Some(texture) = texture {
                     let image = scene.textures[texture.texture].image;
                     blocks.entry((image, encoding)).or_insert_with(|| {
-                        // The block is half as wide again as its image.
+                        // The block is 1.5 times as wide as its image.
                         block_of(
                             &scene.images[image],
                             encoding,
@@ -104,7 +104,7 @@ impl Atlas {
             return Err(GpuSceneError::TextureLimit {
                 what: "the material textures",
                 detail: format!(
-                    "{} images need {n_layers} layers of {side}×{side} texels, and the device holds {}",
+                    "{} images need {n_layers} layers of {side}×{side} texels, but the device allows {}",
                     blocks.len(),
                     limits.max_texture_array_layers
                 ),
@@ -138,7 +138,7 @@ impl Atlas {
         })
     }
 
-    /// Images in the atlas, each once for each encoding.
+    /// Number of images in the atlas, counted once per encoding.
     pub fn n_images(&self) -> usize {
         self.places.len()
     }
@@ -181,7 +181,7 @@ fn pack(
     blocks: &BTreeMap<(usize, Encoding), Block>,
     side: u32,
 ) -> (BTreeMap<(usize, Encoding), Place>, u32) {
-    // Tall blocks first: shelves waste least.
+    // Tall blocks first, because then shelves waste the least space.
     let mut order: Vec<_> = blocks.iter().map(|(key, block)| (*key, block.size())).collect();
     order.sort_by_key(|&(key, size)| (std::cmp::Reverse(size.y), std::cmp::Reverse(size.x), key));
     let mut layers: Vec<AtlasAllocator> = Vec::new();
@@ -194,7 +194,8 @@ fn pack(
             .find_map(|(layer, shelves)| Some((layer, shelves.allocate(wanted)?)));
         let (layer, allocation) = found.unwrap_or_else(|| {
             let mut shelves = AtlasAllocator::new(size2(side as i32, side as i32));
-            // The side is at least that of the largest block, so an empty layer takes any.
+            // The side is at least that of the largest block, so any block fits into an empty
+            // layer.
             let allocation = shelves.allocate(wanted).expect("a block fits an empty layer");
             layers.push(shelves);
             (layers.len() - 1, allocation)
@@ -249,7 +250,8 @@ fn block_of(image: &Image, encoding: Encoding, max_side: u32) -> Block {
     Block { mips }
 }
 
-/// Averages by area, odd sizes too: texel `i` of `n` covers `[i/n, (i+1)/n)` of the larger image.
+/// Averages by area, for odd sizes as well: texel `i` of `n` covers `[i/n, (i+1)/n)` of the larger
+/// image.
 fn shrink(mip: &Mip, size: UVec2, encoding: Encoding) -> Mip {
     let decode = decode_table(encoding);
     let columns = footprints(mip.size.x, size.x);
@@ -280,7 +282,7 @@ fn shrink(mip: &Mip, size: UVec2, encoding: Encoding) -> Mip {
     Mip { size, rgba }
 }
 
-/// For each of `small` texels, which of `large` it covers and with what share.
+/// For each of `small` texels, which of the `large` texels it covers, and with which share.
 fn footprints(large: u32, small: u32) -> Vec<Vec<(u32, f32)>> {
     let scale = f64::from(large) / f64::from(small);
     (0..small)

@@ -14,7 +14,7 @@ use wgpu::util::DeviceExt;
 
 pub use crate::bindings::lucerna::scene::rays::STACK_SIZE;
 
-/// A BVH of eight children a node over triangles (Ylitie, Karras, Laine 2017), built by obvhs.
+/// A BVH over triangles with eight children per node (Ylitie, Karras, Laine 2017), built by obvhs.
 #[derive(Clone, Default)]
 pub struct Bvh {
     nodes: Vec<BvhNode>,
@@ -22,7 +22,7 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Builds the tree, of at most [`STACK_SIZE`] levels, from any triangles without NaN.
+    /// Builds a tree of at most [`STACK_SIZE`] levels from any triangles without NaN.
     pub fn build(triangles: &[[Vec3; 3]]) -> Self {
         if triangles.is_empty() {
             return Self::default();
@@ -37,23 +37,24 @@ impl Bvh {
         &self.nodes
     }
 
-    /// Which input triangle stands at each place of the leaves.
+    /// The input triangle at each place of the leaves.
     pub fn triangle_order(&self) -> &[u32] {
         &self.tree.primitive_indices
     }
 
-    /// As obvhs has it, for rays on the CPU.
+    /// obvhs's own form, for rays on the CPU.
     pub(super) fn into_tree(self) -> CwBvh {
         self.tree
     }
 }
 
-/// Heights of binary trees that are tried, from the one that costs least quality on. A tree of eight children a node is at most as
-/// high as the binary one that it is made of, and mostly a third of it: the last always fits the kernels' stack.
+/// Maximum heights of binary trees that are tried, from the one that costs the least quality on. A tree with eight
+/// children per node is at most as high as the binary one that it is made from, and usually a third of that, so the
+/// last one always fits the kernels' stack.
 const MAX_HEIGHTS: [u32; 3] = [3 * STACK_SIZE, 2 * STACK_SIZE, STACK_SIZE];
 
-/// obvhs's tree, also for measuring against its traversal. As its `build_cwbvh_from_tris`, but that no chain
-/// of nodes grows deeper than [`STACK_SIZE`]: triangles with one centre, or nested ones, would make it so.
+/// Builds obvhs's tree, also for comparisons with its traversal. Like its `build_cwbvh_from_tris`, but no chain of
+/// nodes becomes deeper than [`STACK_SIZE`], as triangles with the same centre, or nested ones, would cause.
 pub fn build_obvhs(triangles: &[[Vec3; 3]]) -> CwBvh {
     let boxes: Vec<Aabb> = triangles
         .iter()
@@ -64,7 +65,7 @@ pub fn build_obvhs(triangles: &[[Vec3; 3]]) -> CwBvh {
         .collect();
     let groups = groups_of_one_center(&boxes);
     let group_boxes: Vec<Aabb> = groups.iter().map(|group| around(group, &boxes)).collect();
-    // Without pre-splitting each triangle stands in one leaf, so leaves and triangles share an order.
+    // Without pre-splitting each triangle is in one leaf, so leaves and triangles share an order.
     let parameters = BvhBuildParams::medium_build();
     let mut binary = PlocBuilder::with_capacity(groups.len()).build(
         parameters.ploc_search_distance,
@@ -86,7 +87,7 @@ pub fn build_obvhs(triangles: &[[Vec3; 3]]) -> CwBvh {
     tree
 }
 
-/// obvhs's 80 bytes as 20 words. It interleaves min and max of each axis, as the kernel does.
+/// Packs obvhs's 80 bytes into 20 words. obvhs interleaves min and max of each axis, as the kernel does.
 fn pack(words: &[u32; 20]) -> BvhNode {
     let four = |at: usize| UVec4::new(words[at], words[at + 1], words[at + 2], words[at + 3]);
     BvhNode {
@@ -114,12 +115,12 @@ fn depth(tree: &CwBvh) -> u32 {
     deepest
 }
 
-/// One BLAS with one instance, built at once. Geometry is not opaque: alpha masks are asked for.
+/// One BLAS with one instance, built immediately. Geometry is not opaque, so that kernels can test alpha masks.
 pub(super) fn build_acceleration_structure(
     gpu: &Gpu,
     triangles: &[[Vec3; 3]],
 ) -> Result<(wgpu::Blas, wgpu::Tlas), crate::gpu::GpuError> {
-    // A structure needs a triangle; this one lies where no ray looks and has no area.
+    // A structure needs at least one triangle; this one has no area, so no ray hits it.
     const NOWHERE: [[Vec3; 3]; 1] = [[Vec3::ZERO; 3]];
     let triangles = if triangles.is_empty() { &NOWHERE } else { triangles };
     let vertices = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -184,7 +185,7 @@ pub(super) fn build_acceleration_structure(
 mod tests {
     use super::*;
 
-    /// Every triangle stands in one leaf, and no path is longer than the kernels' stack.
+    /// Every triangle is in exactly one leaf, and no path is longer than the kernels' stack.
     fn check(what: &str, triangles: &[[Vec3; 3]]) {
         let tree = build_obvhs(triangles);
         let mut order = tree.primitive_indices.clone();

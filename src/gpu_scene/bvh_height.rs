@@ -1,27 +1,29 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Binary trees made less high.
+//! Limits the height of binary trees.
 //!
-//! Builders that go by surface areas make chains of what lies one within the other: n triangles with one centre, or of sizes
-//! that each are a multiple of the last, become a tree of height n, and take n² steps. So what has
-//! one centre is given to the builder as one ([`groups_of_one_center`]), and split by number afterwards; and so are parts
-//! of its tree that are too high ([`limit_height`]).
+//! Builders based on surface areas make chains of nested boxes: n triangles with the same centre, or each a multiple of
+//! the last in size, become a tree of height n, which takes n² steps to build. So boxes with the same centre are given
+//! to the builder as one ([`groups_of_one_center`]), and split by number afterwards; parts of its tree that are too
+//! high are split by number as well ([`limit_height`]).
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 
-/// Centres that agree in this many bits of the scene's extent count as one.
+/// Centres that agree in this many bits of the scene's extent count as the same.
 const CENTER_BITS: u32 = 20;
-/// Up to this many boxes with one centre are left to the builder.
+/// Up to this many boxes with the same centre are left to the builder.
 const SMALL_GROUP: usize = 16;
 
-/// Where boxes are large beside the scene, each holds many others, and builders that look for near neighbours take a step for each
-/// pair. More than `NESTED_BOXES` boxes whose areas add up to more than `NESTED_AREA` times the scene's are split by number alone.
-/// (The triangles of surfaces add up to a few times the scene's area. Any tree over nested boxes is bad.)
+/// If boxes are large compared with the scene, each contains many others, and builders that search for near neighbours
+/// take a step for each pair. More than `NESTED_BOXES` boxes whose areas add up to more than `NESTED_AREA` times the
+/// scene's are split only by number. (The triangles of surfaces add up to a few times the scene's area. Any tree over
+/// nested boxes is bad.)
 const NESTED_AREA: f32 = 64.0;
 const NESTED_BOXES: usize = 4096;
 
-/// Indices of the boxes, those together that have one centre if they are many; all others alone. In a fixed order.
+/// Indices of the boxes: those with the same centre in one group if there are many, all others in groups of one. In a
+/// fixed order.
 pub(super) fn groups_of_one_center(boxes: &[Aabb]) -> Vec<Vec<u32>> {
     let all = || (0..boxes.len() as u32).collect::<Vec<_>>();
     let area = boxes.iter().map(Aabb::half_area).sum::<f32>();
@@ -48,20 +50,20 @@ pub(super) fn groups_of_one_center(boxes: &[Aabb]) -> Vec<Vec<u32>> {
             alone.extend(members);
         }
     }
-    // As they stood, for the builder's result depends on the order.
+    // In the original order, because the builder's result depends on it.
     alone.sort_unstable();
     alone.into_iter().map(|ix| vec![ix]).chain(groups).collect()
 }
 
-/// The box around some of the boxes.
+/// The box around a subset of the boxes.
 pub(super) fn around(set: &[u32], boxes: &[Aabb]) -> Aabb {
     set.iter().map(|&ix| boxes[ix as usize]).reduce(|a, b| a.union(&b)).unwrap_or_default()
 }
 
-/// A tree over groups as one over what is in them, with parts built anew so that no leaf is more than `max_height` below
-/// the root; None: it is that already.
+/// Turns a tree over groups into a tree over their members, and rebuilds parts so that no leaf is more than
+/// `max_height` below the root. None if the tree already satisfies this.
 ///
-/// `boxes`: of what is in the groups. `max_height` must be at least ⌈log₂ of their number⌉.
+/// `boxes`: those of the groups' members. `max_height` must be at least ⌈log₂ of their number⌉.
 pub(super) fn limit_height(
     tree: &Bvh2,
     groups: &[Vec<u32>],
@@ -122,15 +124,15 @@ pub(super) fn limit_height(
     Some(out)
 }
 
-/// What becomes a node.
+/// What a new node is made from.
 enum Part {
-    /// A node of the tree as it was.
+    /// A node of the original tree.
     Kept(usize),
-    /// Boxes that are split by number.
+    /// A set of boxes that is split by number.
     New(Vec<u32>),
 }
 
-/// Of each node: levels below it, and boxes.
+/// For each node: the levels below it, and the number of boxes.
 struct Sizes {
     height: Vec<u32>,
     count: Vec<u32>,
@@ -170,7 +172,7 @@ fn log2_ceil(n: u32) -> u32 {
     n.max(1).next_power_of_two().trailing_zeros()
 }
 
-/// What is in the groups below a node.
+/// The members of the groups below a node.
 fn members(tree: &Bvh2, groups: &[Vec<u32>], ix: usize) -> Vec<u32> {
     let mut out = Vec::new();
     let mut open = vec![ix];
@@ -187,7 +189,8 @@ fn members(tree: &Bvh2, groups: &[Vec<u32>], ix: usize) -> Vec<u32> {
     out
 }
 
-/// Halves by number, along the axis on which centres lie farthest apart; where they are all one, by size and index.
+/// Splits a set into halves by number, along the axis on which the centres are farthest apart; if all centres are the
+/// same, by size and index.
 fn halves(mut set: Vec<u32>, boxes: &[Aabb]) -> [Part; 2] {
     let center = |ix: u32| boxes[ix as usize].center();
     let (mut min, mut max) = (Vec3A::MAX, Vec3A::MIN);

@@ -7,7 +7,7 @@ use crate::bindings::lucerna::scene::types::NONE;
 use crate::scene::{AlphaMode, Material, Scene, TextureRef};
 use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
 
-/// Beyond this the products in ray tests leave f32's range.
+/// Beyond this, products in ray tests exceed f32's range.
 const MAX_COORDINATE: f32 = 1e12;
 
 /// All triangles of a scene in world space, in one order.
@@ -15,9 +15,9 @@ const MAX_COORDINATE: f32 = 1e12;
 pub struct WorldTriangles {
     /// Corners \[m\], counter-clockwise seen from the front.
     pub positions: Vec<[Vec3; 3]>,
-    /// Instance, triangle of its mesh, whether the transform mirrors.
+    /// Instance, triangle of its mesh, and whether the transform mirrors.
     origins: Vec<Origin>,
-    /// How many were left out: no area, or too far away.
+    /// Number of triangles left out because they have no area or are too far away.
     pub skipped: usize,
 }
 
@@ -38,8 +38,8 @@ impl Origin {
 }
 
 impl WorldTriangles {
-    /// Transforms every instance. A mirroring transform swaps two corners, so that the front stays
-    /// the front (glTF 2.0 §3.7.4).
+    /// Transforms every instance. For a mirroring transform two corners are swapped, so that the
+    /// front remains the front (glTF 2.0 §3.7.4).
     pub fn of(scene: &Scene) -> Self {
         let mut out = Self::default();
         for (instance_ix, instance) in scene.instances.iter().enumerate() {
@@ -66,7 +66,7 @@ impl WorldTriangles {
         out
     }
 
-    /// Puts triangle `order[i]` at place `i`.
+    /// Moves triangle `order[i]` to place `i`.
     pub(super) fn reorder(&mut self, order: &[u32]) {
         self.positions = order.iter().map(|&ix| self.positions[ix as usize]).collect();
         self.origins = order.iter().map(|&ix| self.origins[ix as usize]).collect();
@@ -107,7 +107,7 @@ impl WorldTriangles {
                     corner_b,
                     material: material as u32,
                     corner_c,
-                    // Once the light table is made.
+                    // Set once the light table is made.
                     light: NONE,
                 }
             })
@@ -128,7 +128,7 @@ fn shading_triangle(scene: &Scene, corners: &[Vec3; 3], origin: Origin) -> wgsl:
     let mesh = &scene.meshes[instance.mesh];
     let vertices = origin.vertices(scene);
     let linear = Mat3::from(instance.world_from_object.matrix3);
-    // The inverse transpose up to a factor; its sign must not turn normals around.
+    // The inverse transpose up to a factor, whose sign must not flip normals.
     let cofactor = Mat3::from_cols(
         linear.y_axis.cross(linear.z_axis),
         linear.z_axis.cross(linear.x_axis),
@@ -137,7 +137,7 @@ fn shading_triangle(scene: &Scene, corners: &[Vec3; 3], origin: Origin) -> wgsl:
     let [a, b, c] = *corners;
     let flat = (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or(glam::DVec3::Y).as_vec3();
 
-    // Across a sheet there is one direction; a normal that leans may come out on its wrong side.
+    // A flattened mesh has only one normal direction; a tilted normal may end up on the wrong side.
     let is_sheet = linear.determinant() == 0.0;
     let normals = vertices.map(|v| {
         let given = mesh.normals.get(v).filter(|_| !is_sheet);
@@ -178,19 +178,20 @@ fn shading_triangle(scene: &Scene, corners: &[Vec3; 3], origin: Origin) -> wgsl:
     }
 }
 
-/// The direction in which u grows on the triangle, and whether v grows to its wrong side.
+/// The direction in which u increases on the triangle, and whether v increases to the opposite
+/// side.
 fn tangent_of_uv(corners: &[Vec3; 3], uv: &[Vec2; 3], flat: Vec3) -> ([Vec3; 3], bool) {
     let [a, b, c] = *corners;
     let (first, second) = (uv[1] - uv[0], uv[2] - uv[0]);
     let determinant = first.perp_dot(second);
     let tangent = ((b - a) * second.y - (c - a) * first.y) * determinant.signum();
-    // glTF's v runs down the image, and its bitangent up: against v.
+    // glTF's v runs down the image, but its bitangent runs up, against v.
     let down = ((c - a) * first.x - (b - a) * second.x) * determinant.signum();
     let bitangent = -down;
     ([tangent; 3], flat.cross(tangent).dot(bitangent) < 0.0)
 }
 
-/// `wgsl/math/octahedral.wgsl`'s packing, on the host.
+/// The packing of `wgsl/math/octahedral.wgsl`, on the host.
 fn pack_direction(direction: Vec3) -> u32 {
     let p = direction / direction.abs().element_sum();
     let folded = (Vec2::ONE - Vec2::new(p.y, p.x).abs())
@@ -206,7 +207,7 @@ fn pack_color(color: Vec4) -> UVec2 {
     UVec2::new(unorm(color.x) | unorm(color.y) << 16, unorm(color.z) | unorm(color.w) << 16)
 }
 
-/// The materials with their places in the atlas.
+/// The materials, with the places of their textures in the atlas.
 pub(super) fn materials(scene: &Scene, atlas: &Atlas) -> Vec<wgsl::Material> {
     let slot = |texture: &Option<TextureRef>, encoding| {
         texture.as_ref().map_or(EMPTY_SLOT, |texture| atlas.slot(scene, texture, encoding))

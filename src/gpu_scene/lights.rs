@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The list from which kernels draw lights: punctual lights, emissive triangles, the sky.
+//! The list from which kernels sample lights: punctual lights, emissive triangles, the sky.
 
 use crate::bindings::lucerna::scene::data as wgsl;
 use crate::bindings::lucerna::scene::types::NONE;
@@ -12,9 +12,9 @@ use std::f32::consts::PI;
 #[derive(Debug)]
 pub struct LightTable {
     entries: Vec<wgsl::Light>,
-    /// The light of each triangle that has one, sorted by triangle.
+    /// The light of each emissive triangle, sorted by triangle.
     by_triangle: Vec<(usize, u32)>,
-    /// Which entry is the sky, or NONE.
+    /// Index of the sky's entry, or NONE.
     pub sky: u32,
     /// Point, spot and directional lights, the first entries.
     pub n_punctual: u32,
@@ -24,9 +24,9 @@ pub struct LightTable {
 /// What a material emits, for the light table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaterialEmission {
-    /// Luminance on average over its texture.
+    /// Luminance, averaged over its texture.
     pub mean: f32,
-    /// The texture's mean of it, by which the factor is multiplied.
+    /// Mean of the texture, by which the factor is multiplied.
     pub texture: f32,
     /// Largest component of the factor.
     pub largest: f32,
@@ -40,7 +40,7 @@ impl MaterialEmission {
         Self::with_texture(material, texture)
     }
 
-    /// Of a material with another factor on the same texture.
+    /// For a material with another factor on the same texture.
     pub fn with_texture(material: &Material, texture: f32) -> Self {
         Self {
             mean: luminance(material.emission) * texture,
@@ -51,16 +51,16 @@ impl MaterialEmission {
     }
 }
 
-/// What the sky is to the light table.
+/// The sky, for the light table.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyLight {
-    /// Over the sphere.
+    /// Mean over the sphere.
     pub mean_luminance: f32,
 }
 
 impl LightTable {
-    /// `triangles`: their corners and material; `emission`: of the materials; `radius`: half the diagonal of the scene's box
-    /// [m], for lights from infinitely far.
+    /// `triangles`: their corners and material; `emission`: that of the materials; `radius`: half the diagonal of the
+    /// scene's box [m], for lights that are infinitely far away.
     pub fn build(
         lights: &[Light],
         triangles: &[wgsl::Triangle],
@@ -104,9 +104,9 @@ impl LightTable {
         if sky.mean_luminance > 0.0 {
             sky_ix = entries.len() as u32;
             entries.push(wgsl::Light { kind: wgsl::LIGHT_SKY, ..NO_LIGHT });
-            // Through the sphere around the scene: area × πL. A scene without extent still has a sky.
+            // Power through the sphere around the scene: area × πL. A scene without extent still has a sky.
             powers.push(4.0 * PI * radius * radius * PI * sky.mean_luminance);
-            // It is drawn by luminance, of which a channel is at most 1/0.0722.
+            // It is sampled by luminance, and a channel is at most 1/0.0722 of that.
             let irradiance = 4.0 * PI * sky.mean_luminance / LUMINANCE.z;
             peaks.push(LightPeak::new(0.0, irradiance));
         }
@@ -126,17 +126,17 @@ impl LightTable {
         Self { entries, by_triangle, sky: sky_ix, n_punctual: n_punctual as u32, peaks }
     }
 
-    /// Of the lights without extent, one by one.
+    /// The peak of each light without extent.
     pub fn punctual_peaks(&self) -> &[LightPeak] {
         &self.peaks[..self.n_punctual as usize]
     }
 
-    /// Of what one light gives that is drawn among all, divided by its probability.
+    /// The peak of a light that is sampled among all, divided by its probability.
     pub fn drawn_peak(&self) -> LightPeak {
         drawn_peak(self.entries.iter().map(|light| light.probability), &self.peaks)
     }
 
-    /// As [`Self::drawn_peak`], drawn among emissive triangles and the sky.
+    /// As [`Self::drawn_peak`], for a light that is sampled among emissive triangles and the sky.
     pub fn drawn_extended_peak(&self) -> LightPeak {
         let first = self.n_punctual as usize;
         let extended = &self.entries[first..];
@@ -151,7 +151,7 @@ impl LightTable {
         self.entries.len()
     }
 
-    /// How many a ray can hit: emissive triangles and the sky.
+    /// Number of lights that a ray can hit: emissive triangles and the sky.
     pub fn n_hittable(&self) -> u32 {
         self.by_triangle.len() as u32 + u32::from(self.sky != NONE)
     }
@@ -198,7 +198,7 @@ fn punctual(light: &Light) -> wgsl::Light {
             ..NO_LIGHT
         },
         Light::Spot { position, direction, intensity, inner, outer, range } => {
-            // KHR_lights_punctual's suggestion for implementations.
+            // As KHR_lights_punctual suggests to implementations.
             let spot_scale = 1.0 / (inner.cos() - outer.cos()).max(0.001);
             wgsl::Light {
                 kind: wgsl::LIGHT_SPOT,
@@ -220,7 +220,7 @@ fn punctual(light: &Light) -> wgsl::Light {
     }
 }
 
-/// Radiant power [W], by luminance; only to draw bright lights more often.
+/// Radiant power [W], by luminance; only used to sample bright lights more often.
 fn power(light: &Light, radius: f32) -> f32 {
     match *light {
         Light::Point { intensity, .. } => 4.0 * PI * luminance(intensity),
@@ -231,7 +231,7 @@ fn power(light: &Light, radius: f32) -> f32 {
     }
 }
 
-/// The mean of a material's emission texture; 1 where it has none.
+/// The mean of a material's emission texture; 1 if it has none.
 fn texture_emission(scene: &Scene, material: &Material) -> f32 {
     match &material.emission_texture {
         Some(texture) if luminance(material.emission) > 0.0 => {
@@ -255,13 +255,13 @@ pub(super) fn luminance(color: Vec3) -> f32 {
 #[derive(Clone, Copy, Debug)]
 struct Drawn {
     probability: f32,
-    /// Keep this entry where the random number is below, else take `alias_ix`.
+    /// This entry is sampled if the random number is below this, otherwise `alias_ix` is.
     threshold: f32,
     alias_ix: u32,
 }
 
-/// Vose's alias method. Half of the draws go by power and half are uniform: a weak light close by
-/// would otherwise be starved by a strong one far away. Lights without any power are never drawn.
+/// Vose's alias method. Half of the samples are drawn by power, half uniformly; otherwise a strong light far away would
+/// leave a weak light close by with too few samples. Lights without power are never sampled.
 fn alias_table(powers: &[f32]) -> Vec<Drawn> {
     let total: f64 = powers.iter().map(|&p| f64::from(p)).sum();
     let shining = powers.iter().filter(|&&p| p > 0.0).count();

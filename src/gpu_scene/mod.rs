@@ -26,32 +26,32 @@ pub use crate::bindings::lucerna::scene::rays::BvhNode;
 pub use bvh::{Bvh, STACK_SIZE, build_obvhs};
 pub use flatten::WorldTriangles;
 
-/// How a scene is put on the GPU.
+/// Options for uploading a scene to the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct GpuSceneOptions {
-    /// Every surface is Lambert with its base colour as albedo: metallic is ignored and normal maps
-    /// are not applied.
+    /// Replaces every surface with a Lambertian one whose albedo is the base colour: metallic is ignored and normal
+    /// maps are not applied.
     pub diffuse_only: bool,
-    /// Which structure answers rays.
+    /// What traces rays.
     pub rays: RaySource,
 }
 
 impl GpuSceneOptions {
-    /// The same, with every surface Lambert or not.
+    /// The same options, with every surface Lambertian or not.
     pub fn diffuse_only(mut self, diffuse_only: bool) -> Self {
         self.diffuse_only = diffuse_only;
         self
     }
 
-    /// The same, with another source of rays.
+    /// The same options, with another source of rays.
     pub fn rays(mut self, rays: RaySource) -> Self {
         self.rays = rays;
         self
     }
 }
 
-/// What stands behind `lucerna::scene::rays`.
+/// The implementation of `lucerna::scene::rays`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RaySource {
     /// A BVH in storage buffers; runs everywhere.
@@ -61,13 +61,13 @@ pub enum RaySource {
     RayQuery,
 }
 
-/// A scene that could not be put on the GPU.
+/// A scene could not be uploaded to the GPU.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuSceneError {
-    /// A buffer is larger than the device binds, or another limit of the device.
+    /// A buffer is larger than the device can bind, or another limit of the device is exceeded.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// A texture or the sky is larger than the device holds.
+    /// A texture or the sky is larger than the device allows.
     #[error("{what} does not fit: {detail}; {advice}")]
     TextureLimit {
         /// What was too large.
@@ -77,13 +77,13 @@ pub enum GpuSceneError {
         /// What to do.
         advice: &'static str,
     },
-    /// Ray queries were asked for and the device has none.
-    #[error("this device has no ray queries; leave the choice to the software BVH")]
+    /// Ray queries were requested, but the device has none.
+    #[error("this device has no ray queries; use the software BVH instead")]
     NoRayQuery,
 }
 
-/// Buffers and textures of a scene with their bind group. Lights, sky and the factors of materials can be changed; what
-/// techniques keep follows by itself ([`Revisions`]).
+/// Buffers and textures of a scene with their bind group. Lights, sky and the factors of materials can be changed; the
+/// techniques' data then follow automatically ([`Revisions`]).
 #[derive(Debug)]
 pub struct GpuScene {
     facts: SceneFacts,
@@ -98,14 +98,14 @@ pub struct GpuScene {
     skipped_triangles: usize,
     lights: Vec<Light>,
     sky_luminance: f32,
-    /// As the kernels have them.
+    /// As kernels see them.
     triangles: Vec<wgsl::Triangle>,
     materials: Vec<wgsl::Material>,
     emission: Vec<MaterialEmission>,
     cpu_rays: surroundings::CpuRays,
 }
 
-/// What bind group 0 binds, by the names of the shaders' variables.
+/// The resources of bind group 0, by the names of the shaders' variables.
 #[derive(Debug)]
 struct Resources {
     info: wgpu::Buffer,
@@ -149,17 +149,17 @@ impl Resources {
     }
 }
 
-/// A kernel that asks all that the seam binds, and one that asks what the rasteriser needs.
+/// A kernel that uses all bindings of the seam, and one that uses those of the rasteriser.
 const ASKS_ALL: &str = "reference/path_trace";
 const ASKS_RASTER: &str = "frame/gbuffer";
 
-/// Bytes on the GPU.
+/// Memory on the GPU, in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SceneMemory {
     /// Nodes of the software BVH.
     pub bvh_nodes: u64,
-    /// Corners and indices of triangles, what rays need.
+    /// Corners and indices of triangles, for rays.
     pub triangles: u64,
     /// Normals, tangents, texture coordinates, colours.
     pub shading: u64,
@@ -171,13 +171,13 @@ impl GpuScene {
     /// Flattens, builds the BVH, packs textures and uploads everything.
     ///
     /// # Errors
-    /// [`GpuSceneError`]: a limit of the device is passed, or ray queries are not there.
+    /// [`GpuSceneError`]: a limit of the device is exceeded, or there are no ray queries.
     pub fn new(gpu: &Gpu, scene: &Scene, options: GpuSceneOptions) -> Result<Self, GpuSceneError> {
         Self::with_moving(gpu, scene, options, &|_| false)
     }
 
-    /// As [`GpuScene::new`]; triangles of the instances (by index) for which `moving` says so carry
-    /// `TRIANGLE_MOVING`, and techniques bring them up to date more often than the others.
+    /// As [`GpuScene::new`], but marks the triangles of the instances (by index) for which `moving` returns true with
+    /// `TRIANGLE_MOVING`. Techniques update these more often than the others.
     ///
     /// # Errors
     /// As [`GpuScene::new`].
@@ -244,7 +244,7 @@ impl GpuScene {
             .with_if(atlas.n_images() == 0, NO_TEXTURES);
         let shaders = Shaders::new(variant);
         let group = SceneGroup::new(gpu, &shaders, &[ASKS_ALL], &resources.bindings());
-        // The raster stages ask no rays and draw no lights.
+        // The raster stages trace no rays and sample no lights.
         let raster_group = SceneGroup::new(gpu, &shaders, &[ASKS_RASTER], &resources.bindings());
         let mut made = Self {
             facts: SceneFacts {
@@ -290,8 +290,8 @@ impl GpuScene {
         Ok(made)
     }
 
-    /// The same scene with a module of one's own, such as `lucerna::scene::pixel` for a G-buffer of one's own. Techniques
-    /// made for it from here on have it. (Feature `compose`.)
+    /// The same scene with your own module, such as `lucerna::scene::pixel` for your own G-buffer. Techniques that are
+    /// made for it from here on use the module. (Feature `compose`.)
     #[cfg(feature = "compose")]
     pub fn with_module(mut self, module: crate::shader::Source) -> Self {
         self.shaders = self.shaders.with_module(module);
@@ -301,7 +301,7 @@ impl GpuScene {
     /// Replaces the lights without extent.
     ///
     /// # Errors
-    /// There are more than the device binds.
+    /// There are more lights than the device can bind.
     pub fn set_lights(
         &mut self,
         recorder: &mut Recorder,
@@ -332,7 +332,7 @@ impl GpuScene {
     /// Replaces a material's factors; its textures stay.
     ///
     /// # Errors
-    /// More triangles shine than the device binds lights.
+    /// More triangles emit light than the device can bind lights.
     ///
     /// # Panics
     /// If the scene has no such material.
@@ -362,7 +362,7 @@ impl GpuScene {
         Ok(())
     }
 
-    /// The light table of what the scene holds now.
+    /// Makes the light table of the scene's current contents.
     fn renew_lights(&mut self, recorder: &mut Recorder) -> Result<(), GpuSceneError> {
         let gpu = recorder.gpu();
         let radius = 0.5 * self.facts.diagonal();
@@ -385,7 +385,7 @@ impl GpuScene {
         Ok(())
     }
 
-    /// Makes the bind groups of the resources that there are now.
+    /// Makes the bind groups of the current resources.
     fn bind(&mut self, gpu: &Gpu) {
         self.group.rebind(gpu, &self.resources.bindings());
         self.raster_group.rebind(gpu, &self.resources.bindings());
@@ -416,7 +416,7 @@ impl GpuScene {
             self.materials.iter().fold(0.0, |m, v| v.emission.max_element().max(m));
     }
 
-    /// What answers rays.
+    /// What traces rays.
     pub fn rays(&self) -> RaySource {
         self.rays
     }
@@ -426,17 +426,17 @@ impl GpuScene {
         (self.facts.bounds_min, self.facts.bounds_max)
     }
 
-    /// Triangles that rays can meet.
+    /// Number of triangles that rays can hit.
     pub fn n_triangles(&self) -> u32 {
         self.facts.n_triangles
     }
 
-    /// Lights that can be drawn: punctual, emissive triangles, sky.
+    /// Number of lights that can be sampled: punctual lights, emissive triangles, the sky.
     pub fn n_lights(&self) -> u32 {
         self.facts.n_lights()
     }
 
-    /// Triangles left out because they have no area or lie too far from the origin for f32.
+    /// Number of triangles left out because they have no area or are too far from the origin for f32.
     pub fn skipped_triangles(&self) -> usize {
         self.skipped_triangles
     }
@@ -468,18 +468,18 @@ impl SceneSeam for GpuScene {
         self.revisions
     }
 
-    /// By 2048 rays (about 2 ms on a CPU); alpha masks are ignored.
+    /// Found by 2048 rays (about 2 ms on a CPU); alpha masks are ignored.
     fn surroundings(&self, point: Vec3) -> Option<Surroundings> {
         self.cpu_rays.around(point)
     }
 
-    /// Triangles that reach out of the box count as far as it goes.
+    /// Triangles that extend beyond the box count only as far as the box.
     fn bounds_within(&self, min: Vec3, max: Vec3) -> Option<(Vec3, Vec3)> {
         self.cpu_rays.bounds_within((min, max))
     }
 }
 
-/// Says of each triangle which light it is; whether that changed any.
+/// Stores in each triangle which light it is; returns whether any has changed.
 fn set_lights_of_triangles(triangles: &mut [wgsl::Triangle], lights: &LightTable) -> bool {
     let mut is_changed = false;
     for (ix, triangle) in triangles.iter_mut().enumerate() {
@@ -502,8 +502,8 @@ fn material_texture(
     if rows > limit || columns * MATERIAL_TEXELS > limit {
         return Err(GpuSceneError::TextureLimit {
             what: "the table of materials",
-            detail: format!("{n} materials, and the device holds {}", limit * MATERIALS_PER_ROW),
-            advice: "join materials that are alike",
+            detail: format!("{n} materials, but the device allows {}", limit * MATERIALS_PER_ROW),
+            advice: "merge equal materials",
         });
     }
     let mut words = vec![0u8; 16 * (columns * MATERIAL_TEXELS * rows) as usize];
@@ -529,8 +529,7 @@ fn material_texture(
     Ok(texture.create_view(&Default::default()))
 }
 
-/// A storage buffer with these elements; one zeroed element where there is none, for bindings are
-/// never empty.
+/// A storage buffer with these elements; one zeroed element if there are none, because bindings must not be empty.
 fn storage<T: NoUninit>(
     gpu: &Gpu,
     what: &'static str,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The sky's image and the distribution from which its directions are drawn.
+//! The sky's image, and the distribution from which its directions are sampled.
 //!
-//! [`sky_distribution`] makes what the functions of `wgsl/sky/environment.wgsl` read, for who takes them into a renderer of their own.
+//! [`sky_distribution`] computes the texture that the functions of `wgsl/sky/environment.wgsl` read, if you use them in
+//! your own renderer.
 
 use super::GpuSceneError;
 use super::lights::luminance;
@@ -11,16 +12,16 @@ use glam::{UVec2, Vec3};
 use std::f64::consts::PI;
 use wgpu::util::DeviceExt;
 
-/// Radiance and cumulative distribution as textures (1×1 where the sky is constant).
+/// Radiance and cumulative distribution as textures (1×1 if the sky is constant).
 #[derive(Debug)]
 pub(super) struct SkyTextures {
     pub image: wgpu::TextureView,
-    /// (width + 1) × height, r32float: column 0 is the cumulative distribution over rows, the others
-    /// that within each row.
+    /// (width + 1) × height, r32float: column 0 is the cumulative distribution over rows, the other columns are those
+    /// within each row.
     pub distribution: wgpu::TextureView,
-    /// Texels of the image.
+    /// Size of the image in texels.
     pub size: UVec2,
-    /// Over the sphere.
+    /// Mean over the sphere.
     pub mean_luminance: f32,
 }
 
@@ -41,7 +42,7 @@ impl SkyTextures {
             return Err(GpuSceneError::TextureLimit {
                 what: "the sky's image",
                 detail: format!(
-                    "{width}×{height} texels, and the device holds {limit} a side (one less in width)"
+                    "{width}×{height} texels, but the device allows {limit} per side (one less in width)"
                 ),
                 advice: "scale the image down",
             });
@@ -94,7 +95,7 @@ fn upload(
     texture.create_view(&Default::default())
 }
 
-/// Solid angle of a texel in row `y`, up to a factor that is the same for all.
+/// Solid angle of a texel in row `y`, up to a common factor.
 fn row_weight(y: u32, height: u32) -> f64 {
     (PI * (f64::from(y) + 0.5) / f64::from(height)).sin()
 }
@@ -113,14 +114,14 @@ fn mean_luminance(width: u32, height: u32, rgb: &[Vec3]) -> f32 {
 /// The distribution of an equirectangular sky's directions by luminance × solid angle, as `wgsl/sky/environment.wgsl` reads it from an
 /// `r32float` texture of (`width` + 1) × `height` texels; row after row, top row first.
 ///
-/// Column 0 is the cumulative distribution over the rows, the others that over the columns within each row; the last of each is exactly 1. Where
-/// a row, or the whole sky, is black, it is uniform.
+/// Column 0 is the cumulative distribution over the rows, the other columns are those over the columns within each row;
+/// the last value of each is exactly 1. If a row, or the whole sky, is black, its distribution is uniform.
 ///
 /// `rgb`: radiance of the `width` · `height` texels, finite and not negative, row after row from +Y down; both sizes at least 1.
 /// (M. Pharr, W. Jakob, G. Humphreys, "Physically Based Rendering", 4th ed., §A.5.6 and §12.5.2, piecewise constant.)
 ///
 /// # Panics
-/// If there are not as many texels.
+/// If `rgb` has another number of texels.
 pub fn sky_distribution(width: u32, height: u32, rgb: &[Vec3]) -> Vec<f32> {
     assert_eq!(rgb.len(), width as usize * height as usize, "texels of {width} × {height}");
     let mut table = Vec::with_capacity((width as usize + 1) * height as usize);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How far away what stands around a point is, by rays on the CPU.
+//! How far away the surfaces around a point are, found by rays on the CPU.
 
 use crate::seam::Surroundings;
 use glam::{Vec3, Vec3A};
@@ -20,7 +20,7 @@ impl std::fmt::Debug for CpuRays {
     }
 }
 
-/// Directions that are asked: even with a third of them, a median's error is 2 % of the directions.
+/// Number of directions: even if only a third of them hit something, the error of the median is 2 % of the directions.
 const N_DIRECTIONS: u32 = 2048;
 
 impl CpuRays {
@@ -36,7 +36,8 @@ impl CpuRays {
         Self { tree, triangles }
     }
 
-    /// The box around all triangles, or parts of boxes around them, that lie in a box; None where there are none.
+    /// The box around all triangles in a box, or around the parts of their boxes that lie in it; None if there are
+    /// none.
     pub fn bounds_within(&self, (low, high): (Vec3, Vec3)) -> Option<(Vec3, Vec3)> {
         let mut found: Option<(Vec3, Vec3)> = None;
         for triangle in &self.triangles {
@@ -51,7 +52,7 @@ impl CpuRays {
         found
     }
 
-    /// What stands around a point, alpha masks ignored; None where no direction meets anything.
+    /// The surroundings of a point, without alpha masks; None if no direction hits anything.
     pub fn around(&self, point: Vec3) -> Option<Surroundings> {
         if self.triangles.is_empty() {
             return None;
@@ -71,7 +72,7 @@ impl CpuRays {
     }
 }
 
-/// Of [`N_DIRECTIONS`] evenly spread ones: a Fibonacci lattice on the sphere (R. Swinbank, R. Purser, 2006).
+/// One of [`N_DIRECTIONS`] evenly spread directions: a Fibonacci lattice on the sphere (R. Swinbank, R. Purser, 2006).
 fn direction(ix: u32) -> Vec3 {
     const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
     let z = 1.0 - (2.0 * f64::from(ix) + 1.0) / f64::from(N_DIRECTIONS);

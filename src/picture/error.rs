@@ -20,7 +20,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The feature of this crate that reads and writes it; None: always there.
+    /// The feature of this crate that reads and writes it; None: always available.
     pub fn feature(self) -> Option<&'static str> {
         match self {
             Self::Png => Some("png"),
@@ -72,54 +72,54 @@ impl fmt::Display for Channel {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureError {
-    /// The system would not give the file's bytes.
+    /// The system could not read the file.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// A folder, a pipe or a device.
+    /// It is a folder, a pipe or a device.
     #[error("cannot read {}: it is not a regular file; name an image file", path.display())]
     NotAFile {
-        /// What is not a file.
+        /// The path.
         path: PathBuf,
     },
-    /// Longer than [`MAX_FILE_BYTES`].
-    #[error("cannot read {}: it is {n_bytes} bytes long and at most {MAX_FILE_BYTES} are read; compress it or make the picture smaller", path.display())]
+    /// It is longer than [`MAX_FILE_BYTES`].
+    #[error("cannot read {}: it is {n_bytes} bytes long, but at most {MAX_FILE_BYTES} are read; compress it or make the picture smaller", path.display())]
     FileTooLong {
         /// The file.
         path: PathBuf,
         /// Its length.
         n_bytes: u64,
     },
-    /// The first bytes are of no known format.
-    #[error("cannot read {}: its first bytes are those of no PNG, JPEG, Radiance HDR or OpenEXR file; convert it to one of these", path.display())]
+    /// The first bytes are not those of a known format.
+    #[error("cannot read {}: its first bytes are not those of a PNG, JPEG, Radiance HDR or OpenEXR file; convert it to one of these", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
-    /// A format that this build leaves out.
-    #[error("{} is a {format} file, which this build of lucerna leaves out; enable its feature `{}`", path.display(), format.feature().unwrap_or_default())]
+    /// The format is not supported by this build.
+    #[error("{} is a {format} file, which this build of lucerna does not support; enable its feature `{}`", path.display(), format.feature().unwrap_or_default())]
     NotBuiltIn {
         /// The file.
         path: PathBuf,
         /// Its format.
         format: Format,
     },
-    /// The content is damaged, cut short, or of a kind that is not supported.
+    /// The content is damaged, truncated, or of a kind that is not supported.
     #[error("cannot read {} as {format}: {reason}", path.display())]
     Decode {
         /// The file.
         path: PathBuf,
-        /// The format its first bytes promise.
+        /// The format according to its first bytes.
         format: Format,
         /// What is wrong and what to do.
         reason: String,
     },
-    /// More than [`MAX_PIXELS`] pixels, or a part of the file claims more memory than such a picture needs.
-    #[error("cannot read {}: it claims {width} x {height} pixels, and a picture has 1 to {MAX_PIXELS}; make it smaller, or the file is damaged", path.display())]
+    /// It has more than [`MAX_PIXELS`] pixels, or a part of the file claims more memory than such a picture needs.
+    #[error("cannot read {}: it claims {width} x {height} pixels, but a picture can have 1 to {MAX_PIXELS}; make it smaller (or the file is damaged)", path.display())]
     BadSize {
         /// The file.
         path: PathBuf,
@@ -128,15 +128,15 @@ pub enum PictureError {
         /// Rows.
         height: u64,
     },
-    /// An EXR without the channels that make a colour.
+    /// An EXR file does not have the channels of a colour.
     #[error("cannot read {}: no flat layer has the channels R, G, B or a lone Y (it has: {found}); save it as RGB", path.display())]
     NoColorChannels {
         /// The file.
         path: PathBuf,
-        /// The channels there are, by layer.
+        /// The channels that it has, by layer.
         found: String,
     },
-    /// A NaN or an infinity where there must be none.
+    /// A value is NaN or infinite, where it must be finite.
     #[error(
         "the value at column {x}, row {y} (from the top left, from 0) is {value} in {channel}; only finite values can be used here (an .exr file can hold it)"
     )]
@@ -150,19 +150,19 @@ pub enum PictureError {
         /// NaN or ±∞.
         value: f32,
     },
-    /// [`Picture::rgb`](super::Picture::rgb) is not as long as the size says.
+    /// The length of [`Picture::rgb`](super::Picture::rgb) does not match the size.
     #[error(
-        "a picture of {width} x {height} pixels holds {n_pixels} of them; fill it before using it"
+        "a picture of {width} x {height} pixels has {n_pixels} values; fill it before using it"
     )]
     WrongLength {
         /// Pixels in a row.
         width: u32,
         /// Rows.
         height: u32,
-        /// Pixels there are.
+        /// Number of pixels.
         n_pixels: usize,
     },
-    /// No pixel.
+    /// The picture has no pixel.
     #[error("a picture of {width} x {height} pixels is empty; it needs at least one pixel")]
     Empty {
         /// Pixels in a row.
@@ -170,16 +170,16 @@ pub enum PictureError {
         /// Rows.
         height: u32,
     },
-    /// The name of the file to write ends in none of the formats.
+    /// The name of the file to write does not end in the name of a format.
     #[error("cannot write {}: the name must end in .png (8-bit display values), .exr (linear f32) or .hdr (linear RGBE)", path.display())]
     UnknownEnding {
         /// The file.
         path: PathBuf,
     },
-    /// An exposure that is NaN or infinite.
-    #[error("an exposure of {exposure_ev} EV is no exposure; give a finite number")]
+    /// The exposure is NaN or infinite.
+    #[error("an exposure of {exposure_ev} EV is not possible; give a finite number")]
     BadExposure {
-        /// What was asked for.
+        /// The given exposure.
         exposure_ev: f32,
     },
     /// The file could not be written; nothing of it is left.
@@ -187,7 +187,7 @@ pub enum PictureError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system or the encoder said.
+        /// The error of the system or the encoder.
         source: std::io::Error,
     },
 }

@@ -2,15 +2,15 @@
 //! Image files: linear pictures read from PNG, JPEG, Radiance HDR and OpenEXR, and written to PNG,
 //! Radiance HDR and OpenEXR.
 //!
-//! A [`Picture`] holds linear values with Rec. 709 primaries, whatever its file held: 8- and 16-bit
-//! files are decoded from sRGB ([`srgb`]), HDR and EXR hold linear values already. Colour profiles
-//! and Exif orientation are not applied. Alpha is ignored.
+//! A [`Picture`] always holds linear values with Rec. 709 primaries: 8- and 16-bit files are decoded from sRGB
+//! ([`srgb`]); HDR and EXR files already hold linear values. Colour profiles and Exif orientation are not applied.
+//! Alpha is ignored.
 //!
-//! Radiance HDR is always there; PNG, JPEG and OpenEXR each have a feature, `png`, `jpeg` and `exr`. A file of a format that
-//! was not built in gives [`PictureError::NotBuiltIn`].
+//! Radiance HDR is always available; PNG, JPEG and OpenEXR need the features `png`, `jpeg` and `exr`. A file of a
+//! format that was not built in gives [`PictureError::NotBuiltIn`].
 //!
-//! Files are hostile until checked: a file is read up to [`MAX_FILE_BYTES`], a picture up to
-//! [`MAX_PIXELS`], and each failure is a [`PictureError`] that names the file.
+//! Files are not trusted: a file may have up to [`MAX_FILE_BYTES`], a picture up to [`MAX_PIXELS`], and each failure is
+//! a [`PictureError`] that names the file.
 
 mod error;
 #[cfg(feature = "exr")]
@@ -34,10 +34,10 @@ pub use write::PngOptions;
 /// The most pixels a picture may have: 2²⁶, as in 8192 × 8192 or an 11 585 × 5792 sky (768 MiB in memory).
 pub const MAX_PIXELS: u64 = 1 << 26;
 
-/// The longest file that is read: 1 GiB, which holds [`MAX_PIXELS`] pixels of four uncompressed f32.
+/// The longest file that is read: 1 GiB, enough for [`MAX_PIXELS`] pixels of four uncompressed f32.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
-/// Linear RGB pixels, Rec. 709 primaries, scene-referred (unexposed) unless the maker says otherwise.
+/// Linear RGB pixels, Rec. 709 primaries, scene-referred (unexposed) unless documented otherwise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
     /// Pixels in a row.
@@ -49,45 +49,43 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Reads a PNG, JPEG, Radiance HDR or OpenEXR file into linear values. The first bytes decide on
-    /// the format, not the name.
+    /// Reads a PNG, JPEG, Radiance HDR or OpenEXR file into linear values. The first bytes decide the format, not the
+    /// name.
     ///
     /// * PNG and JPEG, 8 or 16 bits: decoded from sRGB by IEC 61966-2-1; grey becomes RGB.
-    /// * Radiance HDR: value `= mantissa · 2^(exponent − 136)`, divided by the header's `EXPOSURE`
-    ///   and `COLORCORR` where they stand (so the values are what was recorded, as Radiance's own
-    ///   tools read them); `-Y +X` orientation only.
-    /// * OpenEXR: the first flat layer with channels `R`, `G`, `B`, or else a lone luminance channel
-    ///   `Y`. The picture is the display window; what the data window leaves open is black.
+    /// * Radiance HDR: value `= mantissa · 2^(exponent − 136)`, divided by the header's `EXPOSURE` and `COLORCORR`, if
+    ///   it has them (so that the values are the recorded ones, as in Radiance's own tools); only the orientation `-Y
+    ///   +X`.
+    /// * OpenEXR: the first flat layer with channels `R`, `G`, `B`, or else a lone luminance channel `Y`. The picture
+    ///   is the display window; what the data window does not cover is black.
     ///
-    /// Values are not judged: an EXR may hold NaN, infinity and negative values. See
-    /// [`Picture::check_finite`].
+    /// Values are not checked: an EXR may hold NaN, infinity and negative values. See [`Picture::check_finite`].
     ///
     /// # Errors
-    /// The file cannot be read, is none of these formats, is cut short or damaged, is longer than
-    /// [`MAX_FILE_BYTES`], or has no pixel or more than [`MAX_PIXELS`].
+    /// The file cannot be read, has none of these formats, is truncated or damaged, is longer than [`MAX_FILE_BYTES`],
+    /// or has no pixels or more than [`MAX_PIXELS`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, PictureError> {
         read::read(path.as_ref())
     }
 
-    /// Writes the picture in the format that the name's ending asks for, whole or not at all (see
-    /// [`write_whole_file`]).
+    /// Writes the picture in the format of the name's extension, completely or not at all (see [`write_whole_file`]).
     ///
     /// * `.exr`: linear f32, unexposed, bit for bit (also NaN and infinity); ZIP compression.
-    /// * `.hdr`: linear RGBE, unexposed. Each channel is off by at most 1/256 of the pixel's largest
-    ///   one. RGBE has no sign and ends at 255 · 2¹¹⁹: negative values become 0, larger ones that.
+    /// * `.hdr`: linear RGBE, unexposed. Each channel is off by at most 1/256 of the pixel's largest one. RGBE has no
+    ///   sign and a largest value of 255 · 2¹¹⁹: negative values become 0, larger ones this value.
     /// * `.png`: 8-bit `sRGB(2^EV · value)`, tone mapped if `png` says so, clipped to 0..1 and
     ///   rounded to nearest.
     ///
-    /// `png` concerns PNG only.
+    /// `png` only affects PNG.
     ///
     /// # Errors
-    /// The ending is another one; the pixels are not `width · height` or none; a value is NaN or
-    /// infinite and the format is not EXR; the exposure is not finite; or the file cannot be written.
+    /// The extension is another one; there are no pixels or not `width · height` of them; a value is NaN or infinite
+    /// and the format is not EXR; the exposure is not finite; or the file cannot be written.
     pub fn write(&self, path: impl AsRef<Path>, png: &PngOptions) -> Result<(), PictureError> {
         write::write(self, path.as_ref(), png)
     }
 
-    /// Says whether every value is finite, and if not, which pixel is the first that holds one that is not.
+    /// Checks that every value is finite. If not, the error names the first pixel with a value that is not.
     ///
     /// # Errors
     /// [`PictureError::NotFinite`] with column, row (from the top, from 0), channel and value.
@@ -109,7 +107,7 @@ impl Picture {
         })
     }
 
-    /// Says whether the picture has at least one pixel and as many as its size promises.
+    /// Checks that the picture has at least one pixel, and as many as its size says.
     ///
     /// # Errors
     /// [`PictureError::WrongLength`] or [`PictureError::Empty`].

@@ -18,10 +18,10 @@ use super::read::{DecodeError, checked_size};
 /// The largest block (tile, or group of rows) of a file, uncompressed: decoders hold a few at a time.
 const MAX_BLOCK_BYTES: u128 = 1 << 28;
 
-/// A NaN that no arithmetic makes: stands in pixels until the file fills them.
+/// The value of pixels that the file has not filled yet: a NaN that no arithmetic produces.
 const UNFILLED: f32 = f32::from_bits(0x7fa5_5a01);
 
-/// What the picture is made of.
+/// The channels that the picture is made from.
 enum Channels {
     Rgb,
     Luminance,
@@ -109,7 +109,7 @@ fn read_luminance(
     Ok(image.layer_data.channel_data.pixels)
 }
 
-/// The first layer with R, G and B, or else with Y and no chroma; refuses what the decoder cannot take.
+/// The first layer with R, G and B, or else with Y and no chroma; rejects what the decoder cannot read.
 fn select_layer(headers: &[Header]) -> Result<(&Header, Channels), DecodeError> {
     for header in headers {
         if header.deep {
@@ -149,7 +149,7 @@ fn select_layer(headers: &[Header]) -> Result<(&Header, Channels), DecodeError> 
     };
     if header.shared_attributes.chromaticities.is_some_and(|c| !is_rec_709(&c)) {
         tracing::warn!(
-            "the EXR file names other primaries than Rec. 709; its values are taken as Rec. 709 all the same"
+            "the EXR file has other primaries than Rec. 709; its values are read as Rec. 709 anyway"
         );
     }
     Ok((header, channels))
@@ -188,6 +188,6 @@ pub(super) fn encode(picture: &Picture, writer: &mut BufWriter<std::fs::File>) -
 
 fn reason(error: exr::error::Error) -> DecodeError {
     DecodeError::Reason(format!(
-        "{error}; the file is cut short, damaged or of an unsupported kind"
+        "{error}; the file is truncated, damaged or of an unsupported kind"
     ))
 }

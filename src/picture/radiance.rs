@@ -2,9 +2,9 @@
 //! Radiance HDR (RGBE): Ward, "Real Pixels", Graphics Gems II (1991), and the file format as the
 //! Radiance manual's "File Formats" describes it.
 //!
-//! A pixel is three mantissas and a shared exponent: `value = mantissa · 2^(exponent − 136)`, 0 where
-//! the exponent is 0. (Radiance's own library adds half a step on reading because it truncates on
-//! writing; every other reader does not. This one writes to nearest and reads without.)
+//! A pixel is three mantissas and a shared exponent: `value = mantissa · 2^(exponent − 136)`, 0 if the exponent is 0.
+//! (Radiance's own library adds half a step on reading, because it truncates on writing; other readers do not. This one
+//! rounds to nearest on writing, and adds nothing on reading.)
 
 use std::io::{self, Write};
 
@@ -17,7 +17,7 @@ use super::read::{DecodeError, checked_size};
 const EXPONENT_BIAS: i32 = 136;
 /// Widths that new-style run-length coding can store.
 const RUN_LENGTH_WIDTHS: std::ops::RangeInclusive<usize> = 8..=0x7fff;
-/// A header line longer than this is no header line.
+/// A longer line is not a header line.
 const MAX_LINE_BYTES: usize = 1 << 16;
 
 type Rgbe = [u8; 4];
@@ -64,14 +64,14 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, DecodeError> {
     let words: Vec<_> = line.split_whitespace().collect();
     let &["-Y", height, "+X", width] = words.as_slice() else {
         return Err(DecodeError::Reason(format!(
-            "its size line is \"{line:.40}\" and only \"-Y height +X width\" is read; turn the picture upright"
+            "its size line is \"{line:.40}\", but only \"-Y height +X width\" is supported; rotate the picture upright"
         )));
     };
     let (Ok(width), Ok(height)) = (width.parse::<u32>(), height.parse::<u32>()) else {
         return Err(bad_line(&line));
     };
     let (n_columns, n_rows) = checked_size(width.into(), height.into())?;
-    // Grows with what the file holds, not with what it claims.
+    // Grows with what the file contains, not with what it claims.
     let mut rgb = Vec::new();
     let mut row = vec![[0; 4]; n_columns];
     for y in 0..n_rows {
@@ -89,9 +89,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, DecodeError> {
 }
 
 fn bad_line(line: &str) -> DecodeError {
-    DecodeError::Reason(format!(
-        "its header line \"{line:.40}\" makes no sense; correct the header"
-    ))
+    DecodeError::Reason(format!("its header line \"{line:.40}\" is not valid; correct the header"))
 }
 
 fn linear_from_rgbe([r, g, b, e]: Rgbe) -> DVec3 {
@@ -101,8 +99,8 @@ fn linear_from_rgbe([r, g, b, e]: Rgbe) -> DVec3 {
     DVec3::new(r.into(), g.into(), b.into()) * f64::from(i32::from(e) - EXPONENT_BIAS).exp2()
 }
 
-/// The nearest RGBE. Negative channels become 0, channels above 255 · 2¹¹⁹ that, and a pixel whose
-/// largest channel is below 2⁻¹²⁸ black. The pixel is finite.
+/// The nearest RGBE. Negative channels become 0, channels above 255 · 2¹¹⁹ this value, and a pixel whose largest
+/// channel is below 2⁻¹²⁸ becomes black. The pixel must be finite.
 fn rgbe_from_linear(rgb: Vec3) -> Rgbe {
     const LARGEST: f64 = 255.0 * (1u128 << 119) as f64;
     let rgb = rgb.as_dvec3().clamp(DVec3::ZERO, DVec3::splat(LARGEST));
@@ -177,7 +175,7 @@ enum RowError {
     BadRun,
 }
 
-/// A place in the file.
+/// A position in the file.
 struct Input<'a> {
     bytes: &'a [u8],
     at: usize,

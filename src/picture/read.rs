@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Files to pictures.
+//! Reads pictures from files.
 
 use std::fs::File;
 use std::io::Read;
@@ -17,11 +17,11 @@ use super::openexr;
 use super::srgb::{LINEAR_FROM_BYTE, LINEAR_FROM_WORD};
 use super::{Format, MAX_FILE_BYTES, MAX_PIXELS, Picture, PictureError, radiance};
 
-/// Memory that PNG and JPEG decoders may take beside the file: 8 bytes a pixel for 16-bit RGBA, twice.
+/// Memory that PNG and JPEG decoders may use in addition to the file: twice the 8 bytes per pixel of 16-bit RGBA.
 #[cfg(any(feature = "jpeg", feature = "png"))]
 const MAX_DECODER_BYTES: u64 = MAX_PIXELS * 16;
 
-/// Why a file's bytes make no picture; the path is added by [`read`].
+/// Why a file's bytes are not a picture; [`read`] adds the path.
 pub(super) enum DecodeError {
     /// Damaged or not supported; the text says what and what to do.
     Reason(String),
@@ -45,7 +45,7 @@ pub(super) fn read(path: &Path) -> Result<Picture, PictureError> {
     let bytes = read_file(path)?;
     let format = format_from_content(&bytes)
         .ok_or_else(|| PictureError::UnknownFormat { path: path.to_owned() })?;
-    // The decoders of others are meant not to panic; a file that finds a way must not end the process.
+    // External decoders should not panic, but a file that makes one panic must not end the process.
     let decoded = catch_unwind(AssertUnwindSafe(|| match format {
         #[cfg(feature = "png")]
         Format::Png => decode_display(&bytes, ImageFormat::Png),
@@ -75,7 +75,7 @@ pub(super) fn read(path: &Path) -> Result<Picture, PictureError> {
 
 fn read_file(path: &Path) -> Result<Vec<u8>, PictureError> {
     let io = |source| PictureError::Read { path: path.to_owned(), source };
-    // Asked before opening: to open a pipe would wait for its writer.
+    // Checked before opening, because opening a pipe would wait for its writer.
     let metadata = std::fs::metadata(path).map_err(io)?;
     if !metadata.is_file() {
         return Err(PictureError::NotAFile { path: path.to_owned() });
@@ -101,7 +101,7 @@ fn format_from_content(bytes: &[u8]) -> Option<Format> {
     SIGNATURES.iter().find(|(signature, _)| bytes.starts_with(signature)).map(|&(_, format)| format)
 }
 
-/// As `usize`s, if a picture may have that size.
+/// The size as `usize`s, if a picture may have this size.
 pub(super) fn checked_size(width: u64, height: u64) -> Result<(usize, usize), DecodeError> {
     match width.checked_mul(height) {
         Some(1..=MAX_PIXELS) => Ok((width as usize, height as usize)),
@@ -141,7 +141,7 @@ fn decode_display(bytes: &[u8], format: ImageFormat) -> Result<Picture, DecodeEr
     Ok(Picture { width, height, rgb })
 }
 
-/// Refuses a JPEG that ends before its end marker: the decoder would fill what is missing with grey.
+/// Rejects a JPEG that ends before its end marker, because the decoder would fill the missing part with grey.
 ///
 /// ITU-T T.81, B.1.1: segments of marker, length and content; after a start-of-scan segment, coded data
 /// in which 0xff is followed by 0 or a restart marker.
@@ -151,7 +151,7 @@ fn check_jpeg_is_whole(bytes: &[u8]) -> Result<(), DecodeError> {
     const END_OF_IMAGE: u8 = 0xd9;
     let cut_short = || {
         DecodeError::reason(
-            "it is cut short or damaged: its end marker is missing; get the whole file",
+            "it is truncated or damaged: its end marker is missing; get the whole file",
         )
     };
     let mut at = 2;

@@ -6,9 +6,9 @@
 
 use std::sync::LazyLock;
 
-/// Below it (encoded), the curve is a line. IEC 61966-2-1, 5.2.
+/// Below this (encoded), the curve is a line. IEC 61966-2-1, 5.2.
 const ENCODED_THRESHOLD: f64 = 0.040_45;
-/// Below it (linear), the curve is a line.
+/// Below this (linear), the curve is a line.
 const LINEAR_THRESHOLD: f64 = 0.003_130_8;
 /// Slope of the line, encoded over linear.
 const SLOPE: f64 = 12.92;

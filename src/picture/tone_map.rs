@@ -11,7 +11,7 @@ pub enum ToneMap {
 }
 
 impl ToneMap {
-    /// Display value in 0..1 of an exposed linear value. See the single functions for domain.
+    /// Display value in 0..1 of an exposed linear value. See each function for its domain.
     #[must_use]
     pub fn apply(self, rgb: Vec3) -> Vec3 {
         match self {
@@ -20,7 +20,7 @@ impl ToneMap {
     }
 }
 
-/// Fresnel reflectance at normal incidence that the map takes off every colour.
+/// Fresnel reflectance at normal incidence, which the map subtracts from every colour.
 const F90: f32 = 0.04;
 /// Largest channel from which on highlights are compressed (linear).
 const START_COMPRESSION: f32 = 0.8 - F90;
@@ -29,8 +29,8 @@ const DESATURATION: f32 = 0.15;
 
 /// Khronos PBR Neutral (Khronos Group, "Khronos PBR Neutral Tone Mapper", 2024, specification §3).
 ///
-/// Domain: linear Rec. 709, exposed; negative channels are taken as 0 and ∞ as the largest f32.
-/// Range: 0..1. Colours whose channels lie in 0.08..0.8 come out 0.04 darker and otherwise as they were.
+/// Domain: linear Rec. 709, exposed; negative channels are taken as 0 and ∞ as the largest f32. Range: 0..1. Colours
+/// whose channels are in 0.08..0.8 become 0.04 darker and otherwise stay the same.
 #[must_use]
 pub fn khronos_pbr_neutral(rgb: Vec3) -> Vec3 {
     let rgb = rgb.clamp(Vec3::ZERO, Vec3::MAX);

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Files written whole or not at all.
+//! Files that are written completely or not at all.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Writes a file so that a reader finds the old content or the new, never a part: `fill` writes a
-/// temporary file in the same folder, which is flushed to the disk and renamed over `path`.
+/// Writes a file so that a reader finds either the old content or the new, never a part of it. `fill` writes a
+/// temporary file in the same folder, which is flushed to the disk and renamed to `path`.
 ///
-/// If `path` is a symbolic link, the file that it leads to is written, and the link stays.
+/// If `path` is a symbolic link, its target is written, and the link stays.
 ///
-/// If anything fails, the temporary is removed and whatever stood at `path` stays. (A process that is
-/// killed can leave the temporary behind: `.lucerna-<process>-<number>.tmp`.)
+/// If anything fails, the temporary file is removed, and the old content of `path` stays. (A process that is killed can
+/// leave the temporary file behind: `.lucerna-<process>-<number>.tmp`.)
 ///
 /// # Errors
-/// What `fill` or the system said; where the folder is missing or not writable the message says so.
+/// The error of `fill` or of the system; if the folder is missing or not writable, the message says so.
 pub fn write_whole_file<E: From<io::Error>>(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
@@ -33,39 +33,39 @@ pub fn write_whole_file<E: From<io::Error>>(
     Ok(())
 }
 
-/// Where symbolic links lead to, though no file may stand there yet.
+/// The target of symbolic links, which need not exist yet.
 fn follow_links(path: &Path) -> io::Result<PathBuf> {
     // As many as Linux follows.
     const MAX_LINKS: u32 = 40;
     let mut path = path.to_owned();
     for _ in 0..MAX_LINKS {
         match std::fs::read_link(&path) {
-            // A relative link counts from its own folder.
+            // A relative link is relative to its own folder.
             Ok(target) => path = path.parent().unwrap_or(Path::new("")).join(target),
             // Not a link, or nothing there.
             Err(_) => return Ok(path),
         }
     }
-    Err(io::Error::other("its symbolic links lead in a circle"))
+    Err(io::Error::other("its symbolic links form a cycle"))
 }
 
-/// Fails where [`write_whole_file`] would fail to begin: the folder is missing or takes no files, or the system does not take
-/// the name. Leaves nothing behind.
+/// Fails if [`write_whole_file`] could not even start: the folder is missing or not writable, or the system does not
+/// accept the name. Leaves nothing behind.
 ///
 /// # Errors
-/// What the system said.
+/// The system's error.
 pub fn check_whole_file(path: &Path) -> io::Result<()> {
     let path = follow_links(path)?;
-    // The name itself may be too long or hold what the system does not take; asking about it tells.
+    // The name itself may be too long, or have characters that the system does not accept; a query shows this.
     match std::fs::symlink_metadata(&path) {
         Err(error) if !is_absence(&error) => return Err(error),
         _ => {}
     }
-    // Only trying tells: permissions, read-only disks and special folders differ by system.
+    // Only an attempt shows it: permissions, read-only disks and special folders differ by system.
     Temporary::create(&path).map(|_| ())
 }
 
-/// Whether nothing stands there, or what its folder would be is no folder.
+/// Whether the file does not exist, or its folder is not a folder.
 fn is_absence(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
@@ -80,7 +80,7 @@ impl Temporary {
     fn create(target: &Path) -> io::Result<(Self, File)> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         if target.file_name().is_none() {
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it names no file"));
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it does not name a file"));
         }
         if target.is_dir() {
             return Err(io::Error::new(
@@ -97,7 +97,7 @@ impl Temporary {
             return Err(io::Error::new(io::ErrorKind::NotFound, text));
         }
         loop {
-            // Short, whatever the target's name: that may have all the length that the system takes.
+            // A short name, because the target's may already be as long as the system allows.
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!(".lucerna-{}-{number}.tmp", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
@@ -105,7 +105,7 @@ impl Temporary {
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(e) => {
                     let text =
-                        format!("no file can be made in the folder {}: {e}", folder.display());
+                        format!("cannot create a file in the folder {}: {e}", folder.display());
                     return Err(io::Error::new(e.kind(), text));
                 }
             }
@@ -116,7 +116,7 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if !self.done {
-            // Nothing better can be done on the way out of an error.
+            // An error is already on its way, so there is nothing else to do.
             let _ = std::fs::remove_file(&self.path);
         }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Pictures to files.
+//! Writes pictures to files.
 
 use std::io;
 use std::path::Path;
@@ -11,9 +11,9 @@ use super::{Format, Picture, PictureError, ToneMap, radiance, write_whole_file};
 /// How linear values become the display values of a PNG.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PngOptions {
-    /// Values are multiplied by 2 to this power first; 0 leaves them.
+    /// Values are multiplied by 2 to this power first; 0 leaves them unchanged.
     pub exposure_ev: f32,
-    /// Applied after the exposure; none: values above 1 are clipped.
+    /// Applied after the exposure; None: values above 1 are clipped.
     pub tone_map: Option<ToneMap>,
 }
 
@@ -61,7 +61,7 @@ fn encode_png(picture: &Picture, options: &PngOptions, writer: impl io::Write) -
         })
 }
 
-/// Three bytes a pixel. The pixels are finite.
+/// Three bytes per pixel. The pixels must be finite.
 #[cfg(feature = "png")]
 fn display_bytes(rgb: &[glam::Vec3], options: &PngOptions) -> Vec<u8> {
     let scale = f64::from(options.exposure_ev).exp2();

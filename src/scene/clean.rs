@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Makes a mesh hold what [`super::Scene::load`] promises: indices in range, finite values, triangles with area.
+//! Makes a mesh satisfy what [`super::Scene::load`] guarantees: indices in range, finite values, triangles with area.
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -7,14 +7,14 @@ use super::error::{Attribute, DropReason, ErrorKind, Warning, Warnings};
 use super::limits::Budget;
 use super::{MAX_COORDINATE, Material, Mesh};
 
-/// Drops triangles that cannot be used and replaces attribute values that cannot; `None` where
-/// nothing is left. Attribute arrays are empty or as long as `positions`.
+/// Drops unusable triangles and replaces unusable attribute values; `None` if nothing is left. Attribute arrays must be
+/// empty or as long as `positions`.
 pub(super) fn clean(mut mesh: Mesh, warnings: &mut Warnings) -> Option<Mesh> {
     drop_triangles(&mut mesh, warnings);
     if mesh.triangles.is_empty() {
         return None;
     }
-    // A position that is not usable belongs to no triangle any more; it must not stay behind.
+    // An unusable position no longer belongs to a triangle, and must not stay behind.
     if mesh.positions.iter().any(|p| unusable(*p).is_some()) {
         compact(&mut mesh);
     }
@@ -60,7 +60,7 @@ fn judge(positions: &[Vec3], triangle: &[u32; 3]) -> Option<DropReason> {
         return Some(DropReason::Index);
     };
     [a, b, c].into_iter().find_map(unusable).or_else(|| {
-        // In f32, as kernels compute it: below this, the geometric normal is not a number.
+        // In f32, as kernels compute it; for smaller areas, the geometric normal is NaN.
         let area = (b - a).cross(c - a).length_squared();
         (area < f32::MIN_POSITIVE).then_some(DropReason::ZeroArea)
     })
@@ -99,7 +99,7 @@ fn replaced(mesh: &Mesh, n: usize, attribute: Attribute, warnings: &mut Warnings
 }
 
 fn unit(v: Vec3) -> Option<Vec3> {
-    // In f64, so that neither very long nor very short vectors over- or underflow.
+    // In f64, so that very long or short vectors do not over- or underflow.
     let v = v.as_dvec3();
     let unit = (v / v.length()).as_vec3();
     unit.is_finite().then_some(unit)
@@ -123,7 +123,7 @@ fn repair_normals(mesh: &mut Mesh, warnings: &mut Warnings) {
     for &i in &bad {
         is_bad[i] = true;
     }
-    // The cross product is twice the area long: a mean weighted by area.
+    // The length of the cross product is twice the area, so this is a mean weighted by area.
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
         let normal = (b - a).cross(c - a);
@@ -140,7 +140,7 @@ fn repair_normals(mesh: &mut Mesh, warnings: &mut Warnings) {
 }
 
 fn repair_tangents(mesh: &mut Mesh, warnings: &mut Warnings) {
-    // glTF: tangents without normals are to be ignored.
+    // glTF says to ignore tangents without normals.
     if mesh.normals.is_empty() {
         mesh.tangents.clear();
     }
@@ -181,8 +181,7 @@ fn repair_colors(mesh: &mut Mesh, warnings: &mut Warnings) {
     replaced(mesh, n, Attribute::Colors, warnings);
 }
 
-/// For a material whose emissive texture cannot be read: white in its stead would make the whole
-/// surface glow.
+/// For a material whose emissive texture cannot be read: with white instead, the whole surface would glow.
 pub(super) fn dark(material: &mut Material, at: &str, texture: &str, warnings: &mut Warnings) {
     material.emission_texture = None;
     if material.emission != Vec3::ZERO {
@@ -194,7 +193,7 @@ pub(super) fn dark(material: &mut Material, at: &str, texture: &str, warnings: &
     }
 }
 
-/// What a material reads, its mesh has: a set that is missing becomes (0, 0).
+/// Gives a mesh each set of texture coordinates that its material reads: a missing set becomes (0, 0).
 pub(super) fn fill_texcoords(
     mesh: &mut Mesh,
     materials: &[Material],

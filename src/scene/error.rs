@@ -10,7 +10,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[error("{}{kind}", .file.as_ref().map(|f| format!("{}: ", f.display())).unwrap_or_default())]
 pub struct SceneError {
-    /// The scene file, where one was named.
+    /// The scene file, if there is one.
     pub file: Option<PathBuf>,
     /// What is wrong, and where in the file.
     pub kind: ErrorKind,
@@ -29,13 +29,13 @@ pub enum ErrorKind {
     /// The scene file itself cannot be read.
     #[error("{0}")]
     File(#[from] ResourceError),
-    /// The name ends in none of the known ways.
+    /// The name has an unknown extension.
     #[error("unknown scene format `{extension}`; give a file that ends in .gltf, .glb or .obj")]
     UnknownFormat {
-        /// How the name ends.
+        /// The name's extension.
         extension: String,
     },
-    /// A format that this build leaves out.
+    /// A format that this build does not support.
     #[error("{format} files are not read by this build of lucerna; enable its feature `{feature}`")]
     NotBuiltIn {
         /// Its name.
@@ -43,18 +43,18 @@ pub enum ErrorKind {
         /// The feature of this crate.
         feature: &'static str,
     },
-    /// A cap of [`super::LoadLimits`] would be passed.
+    /// A limit of [`super::LoadLimits`] would be exceeded.
     #[error(
-        "{what}: {needed} is more than the limit {limit}; raise LoadLimits::{setting} if the file is to be trusted"
+        "{what}: {needed} is more than the limit {limit}; raise LoadLimits::{setting} if you trust the file"
     )]
     TooMuch {
-        /// What asks for it.
+        /// What needs it.
         what: String,
-        /// How much it asks for, in all.
+        /// How much it needs in total.
         needed: u64,
-        /// The cap.
+        /// The limit.
         limit: u64,
-        /// The cap's name in [`super::LoadLimits`].
+        /// The limit's name in [`super::LoadLimits`].
         setting: &'static str,
     },
     /// The bytes are neither GLB nor JSON.
@@ -69,38 +69,38 @@ pub enum ErrorKind {
     Glb {
         /// Offset in the file.
         byte: usize,
-        /// What is wrong there.
+        /// What is wrong at this byte.
         problem: String,
     },
-    /// The JSON part is no UTF-8.
+    /// The JSON part is not UTF-8.
     #[error("the JSON is not UTF-8 at byte {byte} of it; save it as UTF-8")]
     NotUtf8 {
         /// Offset in the JSON.
         byte: usize,
     },
-    /// The JSON does not parse, or is not shaped as glTF says.
+    /// The JSON does not parse, or does not have the structure of glTF.
     #[error("invalid glTF JSON: {message}")]
     Json {
-        /// What, with line and column.
+        /// What is wrong, with line and column.
         message: String,
     },
-    /// Not glTF 2.
+    /// The file is not glTF 2.
     #[error(
         "glTF {version} is not supported, only glTF 2.0 is; export the scene as glTF 2.0, or convert it"
     )]
     Version {
-        /// `asset.version` or `asset.minVersion`, or what the binary container says.
+        /// `asset.version`, `asset.minVersion`, or the version of the binary container.
         version: String,
     },
-    /// The file does not say which glTF it is.
+    /// The file does not state its glTF version.
     #[error(
         "asset.version is missing (glTF 1.0 may lack it); export the scene as glTF 2.0, which says \"asset\": {{\"version\": \"2.0\"}}"
     )]
     NoVersion,
-    /// A text in 16-bit units.
+    /// The text has 16-bit units.
     #[error("the text is UTF-16; save it as UTF-8")]
     Utf16,
-    /// `extensionsRequired` names what this loader does not know.
+    /// `extensionsRequired` names an extension that this loader does not know.
     #[error("the file requires the extension {name}, which is not supported; export without it")]
     Extension {
         /// The extension.
@@ -115,10 +115,10 @@ pub enum ErrorKind {
         index: usize,
         /// What it points into.
         of: &'static str,
-        /// How many of those there are.
+        /// Number of elements in the array.
         len: usize,
     },
-    /// A buffer's bytes cannot be had.
+    /// A buffer's bytes are not available.
     #[error("buffers[{buffer}]: {source}")]
     Buffer {
         /// Index of the buffer.
@@ -126,7 +126,7 @@ pub enum ErrorKind {
         /// Why.
         source: ResourceError,
     },
-    /// A piece of binary data is not where or what the file says.
+    /// Binary data is not where the file says, or not what it says.
     #[error("{at}: {problem}")]
     Data {
         /// The accessor, buffer view or buffer, and what uses it.
@@ -134,7 +134,7 @@ pub enum ErrorKind {
         /// What is wrong.
         problem: DataProblem,
     },
-    /// A skin, or what binds a primitive to it, is not as glTF says.
+    /// A skin, or a primitive's attributes for it, are not valid glTF.
     #[error("{at}: {problem}")]
     Skin {
         /// The skin or the primitive.
@@ -145,7 +145,7 @@ pub enum ErrorKind {
     /// A node is its own ancestor.
     #[error("nodes[{node}] is its own ancestor; the nodes must form a tree")]
     NodeCycle {
-        /// One node of the ring.
+        /// One node of the cycle.
         node: usize,
     },
     /// A node is reached twice.
@@ -166,7 +166,7 @@ pub enum ErrorKind {
         /// What is wrong.
         problem: String,
     },
-    /// The OBJ parser refused what the checks had passed.
+    /// The OBJ parser rejected a file that had passed the checks.
     #[cfg(feature = "obj")]
     #[error("OBJ: {0}")]
     Obj(tobj::LoadError),
@@ -176,14 +176,14 @@ pub enum ErrorKind {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum DataProblem {
-    /// The bytes lie outside of what holds them.
-    #[error("bytes {start}..{end} lie outside of {of} ({len} bytes)")]
+    /// The bytes are outside of what contains them.
+    #[error("bytes {start}..{end} are outside of {of} ({len} bytes)")]
     Outside {
         /// First byte.
         start: u64,
         /// One past the last byte; `u64::MAX` where it does not fit 64 bits.
         end: u64,
-        /// What holds them.
+        /// What contains them.
         of: String,
         /// Its length.
         len: u64,
@@ -201,10 +201,10 @@ pub enum DataProblem {
     Type {
         /// Its type.
         found: String,
-        /// What may stand here.
+        /// The allowed types.
         expected: &'static str,
     },
-    /// An enumerated value is none that glTF knows.
+    /// glTF does not define this value of an enumeration.
     #[error("{0} has a value that glTF does not know")]
     Unknown(&'static str),
     /// Attributes of one primitive differ in length.
@@ -215,12 +215,12 @@ pub enum DataProblem {
         /// Elements of POSITION.
         expected: usize,
     },
-    /// A sparse index does not lie in the accessor, or the indices do not rise.
+    /// A sparse index is not within the accessor, or the indices do not increase.
     #[error(
         "sparse index {index} (number {number}) is not below the count {count}, or not above the one before it"
     )]
     Sparse {
-        /// Which of them.
+        /// The index's position in the list.
         number: usize,
         /// Its value.
         index: u64,
@@ -229,42 +229,42 @@ pub enum DataProblem {
     },
 }
 
-/// Why a file beside the scene, or data within it, cannot be read.
+/// Why a file that the scene names, or data within the scene, cannot be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ResourceError {
-    /// The system says no.
+    /// The system reports an error.
     #[error("cannot read {path}: {source}")]
     Io {
         /// The file.
         path: String,
-        /// The system's answer.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// A folder, pipe or device.
+    /// It is a folder, a pipe or a device.
     #[error("{path} is not a regular file")]
     NotAFile {
         /// The file.
         path: String,
     },
-    /// An address such as `http:`.
+    /// It is an address such as `http:`.
     #[error(
-        "{uri}: the scheme `{scheme}:` is not read; only files in the scene's folder and data URIs are"
+        "{uri}: the scheme `{scheme}:` is not supported; only files in the scene's folder and data URIs are"
     )]
     Scheme {
         /// The address.
         uri: String,
-        /// What stands before its colon.
+        /// The part before its colon.
         scheme: String,
     },
     /// The path leads out of the scene's folder.
-    #[error("{path} leads out of the scene's folder; put the file beside the scene")]
+    #[error("{path} leads out of the scene's folder; put the file next to the scene")]
     Outside {
         /// The path as the file gives it.
         path: String,
     },
     /// The scene was given as bytes, without a folder.
-    #[error("{path} is a file of its own, but the scene was given without a folder")]
+    #[error("{path} is a separate file, but the scene was given without a folder")]
     NoFolder {
         /// The path as the file gives it.
         path: String,
@@ -286,17 +286,17 @@ pub enum ResourceError {
         /// Offset in the data.
         at: usize,
     },
-    /// More bytes than are left of [`super::LoadLimits::max_bytes`].
+    /// It has more bytes than are left of [`super::LoadLimits::max_bytes`].
     #[error("{path} has {len} bytes, more than the {left} that LoadLimits::max_bytes leaves")]
     TooLong {
         /// The file.
         path: String,
         /// Its length.
         len: u64,
-        /// What may still be read.
+        /// How many bytes may still be read.
         left: u64,
     },
-    /// Fewer bytes than the scene says.
+    /// There are fewer bytes than the scene says.
     #[error("has {found} bytes, but byteLength is {expected}; the file may be cut off")]
     TooShort {
         /// Bytes found.
@@ -304,7 +304,7 @@ pub enum ResourceError {
         /// Bytes expected.
         expected: u64,
     },
-    /// Neither bytes nor an address.
+    /// There are neither bytes nor an address.
     #[error("has no uri, and the file has no binary chunk for it")]
     Missing,
 }
@@ -313,15 +313,15 @@ pub enum ResourceError {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ImageError {
-    /// Its bytes cannot be had.
+    /// Its bytes are not available.
     #[error("{0}")]
     Resource(#[from] ResourceError),
-    /// Its bytes lie outside their buffer.
+    /// Its bytes are outside their buffer.
     #[error("{0}")]
     Data(String),
-    /// A format that this build leaves out.
+    /// A format that this build does not support.
     #[error(
-        "is a {format} file, which this build of lucerna leaves out; enable its feature `{feature}`"
+        "is a {format} file, which this build of lucerna does not support; enable its feature `{feature}`"
     )]
     NotBuiltIn {
         /// Its name.
@@ -329,20 +329,20 @@ pub enum ImageError {
         /// The feature of this crate.
         feature: &'static str,
     },
-    /// Neither PNG nor JPEG.
+    /// It is neither PNG nor JPEG.
     #[error("neither PNG nor JPEG; convert it")]
     Format,
-    /// More pixels than [`super::LoadLimits::max_image_pixels`].
+    /// It has more pixels than [`super::LoadLimits::max_image_pixels`].
     #[error("{width}×{height} pixels are more than LoadLimits::max_image_pixels ({limit})")]
     TooLarge {
         /// Pixels per row.
         width: u32,
         /// Rows.
         height: u32,
-        /// The cap.
+        /// The limit.
         limit: u64,
     },
-    /// More bytes than are left of [`super::LoadLimits::max_bytes`].
+    /// It needs more bytes than are left of [`super::LoadLimits::max_bytes`].
     #[error("{width}×{height} pixels are more than LoadLimits::max_bytes leaves ({left} bytes)")]
     NoBudget {
         /// Pixels per row.
@@ -352,7 +352,8 @@ pub enum ImageError {
         /// Bytes left.
         left: u64,
     },
-    /// The header promises more than the bytes can hold under the format's best compression.
+    /// The header claims more pixels than the bytes can hold, even with the format's best
+    /// compression.
     #[error("the header says {width}×{height} pixels, more than its {bytes} bytes can hold")]
     Lies {
         /// Pixels per row.
@@ -365,16 +366,16 @@ pub enum ImageError {
     /// Width or height is 0.
     #[error("has no pixels")]
     Empty,
-    /// The decoder says no.
+    /// The decoder reports an error.
     #[error("cannot be decoded: {0}")]
     Decode(String),
 }
 
-/// What was skipped or replaced in a scene that was loaded all the same.
+/// What was skipped or replaced in a scene that was loaded nevertheless.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Warning {
-    /// Nothing is left to see.
+    /// The scene has no triangles.
     NoTriangles,
     /// Triangles were left out of a mesh.
     Dropped {
@@ -385,37 +386,37 @@ pub enum Warning {
         /// Why.
         reason: DropReason,
     },
-    /// Attribute values were not usable and were replaced.
+    /// Attribute values were unusable and were replaced.
     Replaced {
         /// The mesh.
         mesh: String,
         /// How many.
         n: usize,
-        /// Which, and by what.
+        /// Which attribute, and how it was replaced.
         attribute: Attribute,
     },
-    /// A part of the file has an effect that this toolkit does not know.
+    /// A part of the file has an effect that is not supported.
     Ignored {
         /// Where it stands.
         at: String,
         /// What it is.
         what: String,
     },
-    /// A value was not in its range and was changed or left out.
+    /// A value was out of range and was changed or left out.
     Value {
         /// Where it stands.
         at: String,
-        /// What was wrong with it, and what was done.
+        /// What was wrong, and what was done.
         problem: String,
     },
-    /// A node or an instance was left out for its transform.
+    /// A node or an instance was left out because of its transform.
     Transform {
         /// The node.
         node: String,
         /// What is wrong, and what was done.
         problem: &'static str,
     },
-    /// Data does not lie at a multiple of its size; it was read all the same.
+    /// Data does not start at a multiple of its size; it was read anyway.
     Misaligned {
         /// The accessor and its user.
         at: String,
@@ -427,7 +428,7 @@ pub enum Warning {
         /// Why.
         source: ImageError,
     },
-    /// `alphaMode` BLEND was read as a mask.
+    /// `alphaMode` BLEND was read as MASK.
     Blend {
         /// The material.
         material: String,
@@ -441,7 +442,7 @@ pub enum Warning {
     },
     /// A material library or a part of it was left out.
     Materials {
-        /// The library, and the line where there is one.
+        /// The library, and the line if there is one.
         at: String,
         /// What is wrong with it.
         problem: String,
@@ -450,14 +451,14 @@ pub enum Warning {
     Line {
         /// The first such line, counted from 1.
         line: usize,
-        /// How many there are.
+        /// Number of such lines.
         n: usize,
         /// What is wrong with them.
         problem: LineProblem,
     },
-    /// There were more warnings than are kept.
+    /// There were more warnings than the limit.
     More {
-        /// How many were left out.
+        /// Number of warnings left out.
         n: usize,
     },
 }
@@ -468,7 +469,7 @@ pub enum Warning {
 pub enum DropReason {
     /// A corner is NaN or infinite.
     NotFinite,
-    /// A corner lies beyond [`super::MAX_COORDINATE`].
+    /// A corner is beyond [`super::MAX_COORDINATE`].
     Huge,
     /// The triangle has no area.
     ZeroArea,
@@ -480,13 +481,13 @@ pub enum DropReason {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Attribute {
-    /// Normals that are zero or not finite: the mean of the triangles around.
+    /// Normals that are zero or not finite: replaced by the mean of the adjacent triangles.
     Normals,
-    /// Tangents that are zero or not finite: any direction across the normal.
+    /// Tangents that are zero or not finite: replaced by any direction perpendicular to the normal.
     Tangents,
-    /// Texture coordinates that are not finite: 0.
+    /// Texture coordinates that are not finite: replaced by 0.
     Texcoords,
-    /// Colours that are negative or not finite: clamped, or 1.
+    /// Colours that are negative or not finite: clamped, or replaced by 1.
     Colors,
 }
 
@@ -502,11 +503,11 @@ pub enum LineProblem {
     FewCorners,
     /// A face whose vertex index is out of range.
     Index,
-    /// A face whose texture coordinate's or normal's index is out of range; read without.
+    /// A face whose texture coordinate's or normal's index is out of range; read without it.
     AttributeIndex,
     /// A corner that is not `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     Corner,
-    /// A polygon whose outline meets itself; read as a fan.
+    /// A polygon whose outline intersects itself; read as a fan.
     SelfIntersecting,
     /// A polygon of more than [`super::LoadLimits::max_polygon_corners`] corners; read as a fan.
     ManyCorners,
@@ -514,7 +515,7 @@ pub enum LineProblem {
     FlatPolygon,
     /// Points, lines, curves or surfaces.
     NotAFace,
-    /// `usemtl` names no material; glTF's rough white stands in.
+    /// `usemtl` names an unknown material; replaced by rough white.
     NoMaterial,
     /// Not UTF-8; read as Latin-1.
     NotUtf8,
@@ -535,7 +536,7 @@ impl fmt::Display for Attribute {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Normals => {
-                "normal(s), zero or not finite, replaced by the mean of the faces around"
+                "normal(s), zero or not finite, replaced by the mean of the adjacent faces"
             }
             Self::Tangents => "tangent(s), zero or not finite, replaced",
             Self::Texcoords => "texture coordinate(s), not finite, replaced by 0",
@@ -552,10 +553,10 @@ impl fmt::Display for LineProblem {
             Self::FewCorners => "face with fewer than 3 corners, skipped",
             Self::Index => "face with a vertex index out of range, skipped",
             Self::AttributeIndex => {
-                "face with a texture coordinate or normal index out of range, read without"
+                "face with a texture coordinate or normal index out of range, read without it"
             }
             Self::Corner => "face with an unreadable corner, skipped",
-            Self::SelfIntersecting => "polygon that meets itself, read as a fan",
+            Self::SelfIntersecting => "polygon that intersects itself, read as a fan",
             Self::ManyCorners => {
                 "polygon with more corners than LoadLimits::max_polygon_corners, read as a fan"
             }
@@ -578,7 +579,7 @@ impl fmt::Display for Warning {
             Self::Ignored { at, what } => write!(f, "{at}: {what} ignored"),
             Self::Value { at, problem } => write!(f, "{at}: {problem}"),
             Self::Transform { node, problem } => write!(f, "{node}: {problem}"),
-            Self::Misaligned { at } => write!(f, "{at}: data is misaligned, read all the same"),
+            Self::Misaligned { at } => write!(f, "{at}: data is misaligned, read anyway"),
             Self::Image { image, source } => {
                 write!(
                     f,
@@ -592,21 +593,21 @@ impl fmt::Display for Warning {
             ),
             Self::MissingTexcoords { mesh, set } => write!(
                 f,
-                "{mesh}: the material reads TEXCOORD_{set}, which the mesh lacks; read as (0, 0)"
+                "{mesh}: the material reads TEXCOORD_{set}, which the mesh does not have; read as (0, 0)"
             ),
             Self::Materials { at, problem } => write!(f, "{at}: {problem}"),
-            Self::Line { line, n, problem } => write!(f, "line {line}: {problem} ({n} in all)"),
+            Self::Line { line, n, problem } => write!(f, "line {line}: {problem} ({n} in total)"),
             Self::More { n } => write!(f, "{n} more warning(s)"),
         }
     }
 }
 
-/// Warnings kept of one file; a hostile file could otherwise fill the memory with them.
+/// The most warnings kept for one file; otherwise a malicious file could fill the memory with them.
 #[cfg(any(feature = "gltf", feature = "obj"))]
 const MAX_WARNINGS: usize = 1000;
 
 #[cfg(any(feature = "gltf", feature = "obj"))]
-/// Collects warnings up to a cap.
+/// Collects warnings up to a limit.
 #[derive(Debug, Default)]
 pub(super) struct Warnings {
     kept: Vec<Warning>,
@@ -631,7 +632,7 @@ impl Warnings {
     }
 }
 
-/// A name from a file, short enough for messages: a hostile file can make names as long as itself.
+/// A name from a file, shortened for messages: a malicious file can have names as long as itself.
 pub(super) fn short(name: &str) -> String {
     const MAX_CHARS: usize = 80;
     let mut chars = name.chars();

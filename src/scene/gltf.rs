@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! glTF 2.0, text and binary.
 //!
-//! The `gltf` crate parses the JSON; all that the JSON points at is checked and read here, since
-//! the crate's own accessors trust the file.
+//! The `gltf` crate parses the JSON. All that the JSON refers to is checked and read here, because the crate's own
+//! accessors trust the file.
 
 mod accessor;
 mod container;
@@ -29,7 +29,7 @@ use super::rebase::{Part, origin_of};
 use super::resource::Files;
 use super::{Instance, Light, Loaded, MAX_COORDINATE, Scene};
 
-/// What is known while a file is read.
+/// The state while a file is read.
 struct Loader<'a> {
     data: Data<'a>,
     files: Files<'a>,
@@ -37,28 +37,28 @@ struct Loader<'a> {
     budget: Budget,
     /// Instanced triangles so far.
     n_triangles: u64,
-    /// Instances so far, those left out included.
+    /// Instances so far, including those left out.
     n_placed: u64,
     warnings: Warnings,
     scene: Scene,
-    // In 64 bits and the file's world, of the scene's instances, cameras and lights.
+    // Transforms of the scene's instances, cameras and lights, in 64 bits and in the file's world.
     instance_worlds: Vec<DAffine3>,
     camera_places: Vec<DVec3>,
     light_places: Vec<DVec3>,
     worlds: Worlds,
     /// Least and greatest corner of each of the scene's meshes.
     boxes: Vec<[Vec3; 2]>,
-    // What each of the file's things has become; `None` until something uses it.
+    // What each element of the file has become; `None` until something uses it.
     meshes: Vec<Option<Vec<usize>>>,
     materials: Vec<Option<usize>>,
     default_material: Option<usize>,
-    /// The problem's text where a skin cannot be used.
+    /// The problem's text if a skin cannot be used.
     poses: Vec<Option<Result<Pose, String>>>,
     textures: Vec<Option<(usize, ImageSlot)>>,
     images: Vec<Option<ImageSlot>>,
 }
 
-/// Reads `.gltf` or `.glb` bytes; files that they name lie in `folder`.
+/// Reads `.gltf` or `.glb` bytes; files that they name are in `folder`.
 pub(super) fn load(
     bytes: &[u8],
     folder: Option<&Path>,
@@ -142,7 +142,7 @@ fn warn_ignored(root: &Root, warnings: &mut Warnings) {
     if !root.animations.is_empty() {
         warnings.push(Warning::Ignored {
             at: "animations".to_owned(),
-            what: format!("{} animation(s) (all stands as at rest)", root.animations.len()),
+            what: format!("{} animation(s) (everything is at rest)", root.animations.len()),
         });
     }
 }
@@ -165,7 +165,7 @@ impl Loader<'_> {
             let meshes = self.mesh(mesh.value(), &at)?;
             return self.instances(&meshes, &placed.world_from_object, placed.mirrored, &at);
         };
-        // The node's own transform does not count.
+        // The node's own transform has no effect.
         let meshes = match self.pose(skin.value(), &at)? {
             Some(pose) => self.skinned_mesh(mesh.value(), &pose, &at)?,
             None => self.mesh(mesh.value(), &at)?,
@@ -193,7 +193,7 @@ impl Loader<'_> {
         mirrored: bool,
         at: &str,
     ) -> Result<(), ErrorKind> {
-        // Counted before any is left out: each costs time.
+        // Counted before any is left out, because each costs time.
         self.count_placed(meshes.len(), at)?;
         let is_flat = flat::is_flat(world);
         for &mesh in meshes {
@@ -228,7 +228,8 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Brings a scene that lies far away near its origin, in 64 bits; and meshes that stand far from their own origin to it.
+    /// Moves a scene that is far from its origin close to it, in 64 bits; and does the same to meshes that are far from
+    /// their own origin.
     fn rebase(&mut self) {
         let middles: Vec<DVec3> =
             self.boxes.iter().map(|&[min, max]| 0.5 * (min.as_dvec3() + max.as_dvec3())).collect();
@@ -248,7 +249,7 @@ impl Loader<'_> {
             })
             .collect();
         let origin = origin_of(&parts);
-        // A mesh's own middle is a float, and so are the differences to it where it is far.
+        // A mesh's own middle is a float, and so are the differences from it if it is far away.
         let alone =
             |mesh: usize| Part { center: middles[mesh], half_extent: half_extent(mesh), weight: 1 };
         let shifts: Vec<DVec3> = (0..middles.len()).map(|mesh| origin_of(&[alone(mesh)])).collect();
@@ -290,7 +291,7 @@ impl Loader<'_> {
     }
 }
 
-/// The most by which a transform stretches an axis.
+/// The largest factor by which a transform stretches an axis.
 fn largest_scale(world: &DAffine3) -> f64 {
     let m = &world.matrix3;
     m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length())
@@ -307,7 +308,7 @@ fn stays_in_reach(&[min, max]: &[Vec3; 2], world_from_object: &Affine3A) -> bool
     })
 }
 
-/// The element, or an error that says who pointed past the end.
+/// The element, or an error that says which index points past the end.
 fn index<'a, T>(
     array: &'a [T],
     index: usize,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Decoding of images under caps.
+//! Decoding of images, with limits.
 
 #[cfg(any(feature = "jpeg", feature = "png"))]
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
@@ -8,16 +8,17 @@ use super::Image;
 use super::error::ImageError;
 use super::limits::{Budget, LoadLimits};
 
-/// Most that DEFLATE can grow: 258 bytes from 2 bits.
+/// The largest ratio of DEFLATE: 258 bytes from 2 bits.
 const PNG_MAX_RATIO: u64 = 1032;
-/// A baseline JPEG needs at least 2 bits for a block of 64 pixels; the factor of 4 beyond is
+/// A baseline JPEG needs at least 2 bits for a block of 64 pixels; the additional factor of 4 is
 /// for components that are sampled more coarsely than luma.
 const JPEG_MAX_PIXELS_PER_BYTE: u64 = 64 * 8 / 2 * 4;
-/// What headers, palettes and text may need beside the pixels.
+/// Memory for headers, palettes and text, in addition to the pixels.
 const DECODER_SLACK: u64 = 1 << 24;
 
-/// Decodes PNG or JPEG to 8-bit RGBA (16-bit PNG is rounded to 8). Nothing is allocated for the
-/// pixels before the header's size has passed the caps and is plausible for the file's length.
+/// Decodes PNG or JPEG to 8-bit RGBA (16-bit PNG is rounded to 8). No memory is allocated for the
+/// pixels before the size in the header has passed the limits and is plausible for the file's
+/// length.
 pub(super) fn decode(
     name: String,
     bytes: &[u8],

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Caps on what a scene file may cost.
+//! Limits on the cost of loading a scene file.
 
 #[cfg(any(feature = "gltf", feature = "obj"))]
 use super::error::ErrorKind;
 
-/// Caps on what loading may cost. A file that asks for more is refused before the memory is taken.
+/// Limits on the cost of loading. A file that needs more is rejected before the memory is allocated.
 ///
 /// ```
 /// use lucerna::scene::LoadLimits;
@@ -13,9 +13,9 @@ use super::error::ErrorKind;
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadLimits {
-    /// Bytes of all that is read and decoded: files, buffers, vertex arrays, pixels, and for text
-    /// what parsing it can take at most. Default 4 GiB. (Decoders' scratch memory comes on top, at
-    /// most about as much again for the largest image.)
+    /// Bytes of everything that is read and decoded: files, buffers, vertex arrays, pixels, and, for text, the most
+    /// that parsing can need. Default 4 GiB. (Scratch memory of decoders is not included; it is at most about the size
+    /// of the largest image.)
     pub max_bytes: u64,
     /// Triangles, counted once per instance. Default 2²⁷ ≈ 134 million.
     pub max_triangles: u64,
@@ -27,8 +27,8 @@ pub struct LoadLimits {
     pub max_instances: usize,
     /// Bytes of one line of a text format (OBJ, MTL). Default 1 MiB.
     pub max_line_bytes: usize,
-    /// Corners of an OBJ polygon that is triangulated as it is; one with more becomes a fan, with a
-    /// warning. Default 4096: time can grow with the square of the corners.
+    /// Corners of an OBJ polygon that is triangulated exactly; a polygon with more becomes a fan, with a warning.
+    /// Default 4096, because the time can grow with the square of the number of corners.
     pub max_polygon_corners: usize,
 }
 
@@ -60,7 +60,7 @@ impl Budget {
         Self { limit: limits.max_bytes, used: 0 }
     }
 
-    /// Takes `n` elements of `size` bytes, or says that they are too many. Call it before allocating.
+    /// Takes `n` elements of `size` bytes from the budget, or fails if there are too many. Call it before allocating.
     pub fn take(&mut self, n: u64, size: u64, what: &str) -> Result<(), ErrorKind> {
         let used = n.checked_mul(size).and_then(|bytes| bytes.checked_add(self.used));
         match used {
@@ -77,7 +77,7 @@ impl Budget {
         }
     }
 
-    /// Gives back what was taken for memory that is free again.
+    /// Returns bytes to the budget when memory has been freed.
     pub fn give_back(&mut self, bytes: u64) {
         self.used = self.used.saturating_sub(bytes);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Loading by file name, and questions about a whole scene.
+//! Loading by file name, and queries about a whole scene.
 
 use std::path::Path;
 
@@ -11,76 +11,72 @@ use super::error::{ErrorKind, SceneError, Warning, short};
 use super::limits::Budget;
 use super::limits::LoadLimits;
 
-/// A scene that was loaded, and what of its file was skipped or replaced.
+/// A loaded scene, and which parts of its file were skipped or replaced.
 #[derive(Debug)]
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
-    /// What is not as the file says; empty where all was understood. Its [`Display`] names the place.
+    /// What differs from the file; empty if everything was understood. [`Display`] names the place.
     ///
     /// [`Display`]: std::fmt::Display
     pub warnings: Vec<Warning>,
 }
 
 impl Scene {
-    /// Reads a `.gltf`, `.glb` or `.obj` file (told by its ending, in any case) and the files that
-    /// it names, which must lie in its folder or below. The file is not trusted. Features `gltf` and `obj` bring the formats,
-    /// `png` and `jpeg` those of their images.
+    /// Reads a `.gltf`, `.glb` or `.obj` file (by its extension, in upper or lower case) and the files that it names,
+    /// which must be in its folder or below. The file is not trusted. The formats need the features `gltf` and `obj`,
+    /// and those of their images `png` and `jpeg`.
     ///
-    /// The scene returned holds to this ([`Scene::validate`] checks it):
+    /// The returned scene has these properties, which [`Scene::validate`] checks:
     ///
     /// * every index is in range; attribute arrays are empty or as long as `positions`;
-    /// * every number is finite; no coordinate is beyond [`super::MAX_COORDINATE`], in object or
-    ///   world space; normals, tangents and directions have unit length;
+    /// * every number is finite; no coordinate is beyond [`super::MAX_COORDINATE`], in object or world space; normals,
+    ///   tangents and directions have unit length;
     /// * every mesh has triangles, and each has an area: its normal can be computed in 32-bit
     ///   floats; `world_from_object` can be inverted;
     /// * a mesh has each set of texture coordinates that its material reads;
     /// * an image has `width · height ≥ 1` texels;
-    /// * factors of materials and lights are within the ranges that their fields state.
+    /// * factors of materials and lights are within the ranges documented at their fields.
     ///
-    /// Triangles with NaN, infinite, huge or out-of-range corners, or without area, are dropped;
-    /// normals, tangents, texture coordinates and colours that are not finite are replaced; images
-    /// that cannot be read become white (a normal map: none; an emissive texture: no emission). Each
-    /// gives a [`Warning`]. Of a glTF file only what its default scene uses is read (the first
-    /// scene's where it names no default, with a warning if there are more; all nodes where it has
-    /// no scenes).
+    /// Triangles with NaN, infinite, huge or out-of-range corners, or without area, are dropped; normals, tangents,
+    /// texture coordinates and colours that are not finite are replaced; images that cannot be read become white (a
+    /// normal map: none; an emissive texture: no emission). Each gives a [`Warning`]. From a glTF file, only what its
+    /// default scene uses is read. If there is no default, this is the first scene, with a warning if there are more;
+    /// if there are no scenes, all nodes are read.
     ///
-    /// A file is found by its name in another case, or with its accents encoded in another way, too,
-    /// with a warning. A name in a URI that is not percent-encoded is read as it stands.
+    /// A file is also found, with a warning, if its name differs in case or in the encoding of accents. A name in a URI
+    /// that is not percent-encoded is used as it is.
     ///
-    /// **glTF 2.0**: `KHR_lights_punctual`, `KHR_materials_emissive_strength` and
-    /// `KHR_texture_transform` are read; a file that requires another extension is refused. Candela
-    /// and lux count as W·sr⁻¹ and W·m⁻². Lights and cameras ignore their node's scale. A camera is
-    /// named after its node, else by its own name. A spot without room between inner and outer
-    /// angle gets a falloff over 1/1000 of the outer angle. `alphaMode` BLEND is read as MASK with
-    /// cutoff 0.5. An accessor without a buffer view holds zeros. A mesh with a skin stands in its
-    /// rest pose, computed here: it is a mesh of its own in world space, and its node's transform does
-    /// not count. A mesh whose node flattens it (a scale of 0 along one axis) becomes a flat-shaded
-    /// mesh of its own, without the triangles that lose their area. Morph targets, animations, points
-    /// and lines are ignored, with a warning.
+    /// **glTF 2.0**: `KHR_lights_punctual`, `KHR_materials_emissive_strength` and `KHR_texture_transform` are read; a
+    /// file that requires another extension is rejected. Candela and lux are read as W·sr⁻¹ and W·m⁻². Lights and
+    /// cameras ignore their node's scale. A camera has the name of its node, or else its own. A spot light whose inner
+    /// angle is not below its outer angle gets a falloff over 1/1000 of the outer angle. `alphaMode` BLEND is read as
+    /// MASK with cutoff 0.5. An accessor without a buffer view holds zeros. A mesh with a skin is in its rest pose,
+    /// which is computed here: it becomes a separate mesh in world space, and its node's transform has no effect. A
+    /// mesh whose node flattens it (a scale of 0 along one axis) becomes a separate flat-shaded mesh, without the
+    /// triangles that lose their area. Morph targets, animations, points and lines are ignored, with a warning.
     ///
-    /// **OBJ**: one mesh per object (or group) and material, in the file's own unit. Polygons of
-    /// more than 4 corners are triangulated by constrained Delaunay on their Newell plane, quads along
-    /// the diagonal that lies inside; a polygon that meets itself becomes a fan, with a warning.
-    /// From MTL: base colour `Kd`, `map_Kd`; alpha `d` (or 1 − `Tr`) and `map_d`, as masks with
-    /// cutoff 0.5; emitted radiance `Ke` (1 where only `map_Ke` is given), `map_Ke`; roughness `Pr`,
-    /// else `(2 / (Ns + 2))^¼` (1 without `Ns`, or where `Ks` is black); metallic `Pm`; normals
-    /// `norm`. Without a material: [`Material::default`](super::Material::default). A `mtllib` may name several libraries; names
-    /// may be quoted. Textures lie beside their library, or else beside the OBJ file. Lines end in
-    /// LF, CR LF or CR; UTF-16, Latin-1 and decimal commas are read, with a warning. A keyword that is
-    /// unknown, or that has an effect which is not supported, gives one warning a file; `s`, `illum`,
-    /// `Ka`, `Ni` and others without effect here give none.
+    /// **OBJ**: one mesh per object (or group) and material, in the file's own unit. Polygons of more than 4 corners
+    /// are triangulated by constrained Delaunay on their Newell plane, quads along the diagonal that is inside; a
+    /// polygon that intersects itself becomes a fan, with a warning. From MTL: base colour `Kd`, `map_Kd`; alpha `d`
+    /// (or 1 − `Tr`) and `map_d`, as masks with cutoff 0.5; emitted radiance `Ke` (1 if only `map_Ke` is given),
+    /// `map_Ke`; roughness `Pr`, or else `(2 / (Ns + 2))^¼` (1 without `Ns`, or if `Ks` is black); metallic `Pm`;
+    /// normals `norm`. Without a material: [`Material::default`](super::Material::default). A `mtllib` may name several
+    /// libraries; names may be quoted. Textures are looked up in the folder of their library, or else in that of the
+    /// OBJ file. Lines end in LF, CR LF or CR; UTF-16, Latin-1 and decimal commas are read, with a warning. A keyword
+    /// that is unknown, or that has an unsupported effect, gives one warning per file; `s`, `illum`, `Ka`, `Ni` and
+    /// others without effect here give none.
     ///
     /// # Errors
     ///
-    /// The file's format was not built in; the file, or a buffer that it needs, cannot be read, is not what its format says,
-    /// requires an unsupported extension, or asks for more than `limits`.
+    /// The file's format was not built in; or the file, or a buffer that it needs, cannot be read, is not valid in its
+    /// format, requires an unsupported extension, or exceeds `limits`.
     pub fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, SceneError> {
         load(path, limits).map_err(|kind| SceneError { file: Some(path.to_owned()), kind })
     }
 
-    /// Like [`Scene::load`], from the bytes of a `.gltf` or `.glb` file. Files that they name lie
-    /// in `folder`; without one, they may name none.
+    /// Like [`Scene::load`], from the bytes of a `.gltf` or `.glb` file. Files that it names are in `folder`; without a
+    /// folder, it may not name any.
     ///
     /// # Errors
     ///
@@ -94,8 +90,8 @@ impl Scene {
         Ok(super::gltf::load(bytes, folder, limits, Budget::new(limits))?)
     }
 
-    /// Like [`Scene::load`], from the bytes of an `.obj` file. Material libraries and images lie in
-    /// `folder`; without one, they are left out with a warning.
+    /// Like [`Scene::load`], from the bytes of an `.obj` file. Material libraries and images are in `folder`; without a
+    /// folder, they are left out with a warning.
     ///
     /// # Errors
     ///
@@ -109,8 +105,7 @@ impl Scene {
         Ok(super::obj::load(bytes, folder, limits, Budget::new(limits))?)
     }
 
-    /// Corners of the box around all triangles in world space \[m\], least and greatest; `None`
-    /// without triangles.
+    /// Least and greatest corner of the box around all triangles in world space \[m\]; `None` without triangles.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut bounds: Option<(Vec3, Vec3)> = None;
         for instance in &self.instances {
@@ -125,7 +120,7 @@ impl Scene {
         bounds
     }
 
-    /// Triangles in the world: each mesh's, as often as it stands there.
+    /// Number of triangles in the world: those of each mesh, times the number of its instances.
     pub fn n_triangles(&self) -> u64 {
         self.instances
             .iter()
@@ -151,7 +146,7 @@ fn load(path: &Path, limits: &LoadLimits) -> Result<Loaded, ErrorKind> {
     }
 }
 
-/// A format's loader: of bytes, in a folder.
+/// A format's loader, from bytes and a folder.
 #[cfg(any(feature = "gltf", feature = "obj"))]
 type Loader = fn(&[u8], Option<&Path>, &LoadLimits, Budget) -> Result<Loaded, ErrorKind>;
 

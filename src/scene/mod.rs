@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scenes as the host sees them: meshes, instances, materials, textures, lights, cameras, sky.
+//! Scenes on the host: meshes, instances, materials, textures, lights, cameras, sky.
 //!
-//! A [`Scene`] is plain data in world units (metres, right-handed, +Y up, linear Rec. 709). It is
-//! read from a file by [`Scene::load`] or put together by hand, and given to the GPU by
-//! [`crate::gpu_scene::GpuScene`].
+//! A [`Scene`] is plain data in world units (metres, right-handed, +Y up, linear Rec. 709). Read it from a file with
+//! [`Scene::load`] or build it yourself, and upload it with [`crate::gpu_scene::GpuScene`].
 
-// What only one of the formats asks for is unused where that one is off.
+// What only one of the formats needs is unused if that format is off.
 #[cfg(any(feature = "gltf", feature = "obj"))]
 #[cfg_attr(not(all(feature = "gltf", feature = "obj")), allow(dead_code))]
 mod clean;
@@ -37,23 +36,23 @@ pub use self::limits::LoadLimits;
 pub use self::load::Loaded;
 pub use self::validate::InvalidScene;
 
-/// No coordinate of a loaded scene is larger \[m\], neither in object nor in world space: squares of
-/// cross products stay finite in 32-bit floats up to here.
+/// The largest coordinate of a loaded scene \[m\], in object and in world space. Up to this, squares of cross products
+/// stay finite in 32-bit floats.
 pub const MAX_COORDINATE: f32 = 1e9;
 
-/// Everything that light can meet.
+/// Everything that affects the light.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// Where this scene's (0, 0, 0) stands in the file's world \[m\]: not zero where that lies so far from its origin that 32-bit
-    /// floats would tell its points badly apart. All coordinates below are relative to it.
+    /// Position of this scene's (0, 0, 0) in the file's world \[m\]. It is not zero if the scene is so far from the
+    /// file's origin that 32-bit floats would be too coarse. All coordinates below are relative to it.
     pub origin: DVec3,
     /// Triangle meshes in object space, one per material.
     pub meshes: Vec<Mesh>,
-    /// Where the meshes stand.
+    /// The placement of the meshes.
     pub instances: Vec<Instance>,
     /// What the meshes are made of; [`Mesh::material`] indexes it.
     pub materials: Vec<Material>,
-    /// Images with the way they are read; [`TextureRef::texture`] indexes it.
+    /// Images with their samplers; [`TextureRef::texture`] indexes it.
     pub textures: Vec<Texture>,
     /// Pixels; [`Texture::image`] indexes it.
     pub images: Vec<Image>,
@@ -61,7 +60,7 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Cameras, in world space, in the order of the file.
     pub cameras: Vec<Camera>,
-    /// What a ray meets that meets no surface.
+    /// What a ray sees if it hits no surface.
     pub sky: Sky,
 }
 
@@ -74,21 +73,21 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Object space, unit length; empty: the mesh is flat-shaded.
     pub normals: Vec<Vec3>,
-    /// Object space, unit length; `w` is the bitangent's sign (`cross(n, t) * w`). Empty: none given.
+    /// Object space, unit length; `w` is the bitangent's sign (`cross(n, t) * w`). Empty: the mesh has none.
     pub tangents: Vec<Vec4>,
     /// Texture coordinates, set 0 (glTF convention: (0, 0) is the image's top left).
     pub uv0: Vec<Vec2>,
     /// Texture coordinates, set 1.
     pub uv1: Vec<Vec2>,
-    /// Linear RGBA factors on the base colour.
+    /// Linear RGBA factors of the base colour.
     pub colors: Vec<Vec4>,
-    /// Three vertex indices a triangle, each below `positions.len()`.
+    /// Three vertex indices per triangle, each below `positions.len()`.
     pub triangles: Vec<[u32; 3]>,
     /// Index into [`Scene::materials`].
     pub material: usize,
 }
 
-/// A mesh put into the world. Negative and non-uniform scales are allowed.
+/// A mesh placed in the world. Negative and non-uniform scales are allowed.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// Index into [`Scene::meshes`].
@@ -116,13 +115,13 @@ pub struct Material {
     pub normal_texture: Option<TextureRef>,
     /// Scale of the normal map's x and y.
     pub normal_scale: f32,
-    /// Emitted radiance \[W·sr⁻¹·m⁻²\], strength included; not clamped to 1.
+    /// Emitted radiance \[W·sr⁻¹·m⁻²\], including the strength; not clamped to 1.
     pub emission: Vec3,
     /// sRGB-encoded; multiplies `emission`.
     pub emission_texture: Option<TextureRef>,
-    /// Whether parts are cut away.
+    /// How alpha is used.
     pub alpha: AlphaMode,
-    /// Whether emission leaves both faces. (Reflection always does, see the crate's conventions.)
+    /// Whether both sides emit light. (Both always reflect it.)
     pub double_sided: bool,
 }
 
@@ -144,7 +143,7 @@ pub enum AlphaMode {
 pub struct TextureRef {
     /// Index into [`Scene::textures`].
     pub texture: usize,
-    /// 0 or 1: which of the mesh's texture coordinates.
+    /// Which of the mesh's texture coordinates: 0 or 1.
     pub uv_set: u32,
     /// `KHR_texture_transform`: maps the mesh's coordinates to the image's.
     pub uv_from_mesh: Affine2,
@@ -163,7 +162,7 @@ pub struct Texture {
     pub filter: Filter,
 }
 
-/// What lies outside 0..1 of a texture coordinate.
+/// What a texture coordinate outside 0..1 reads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// The image again.
@@ -201,16 +200,16 @@ pub struct Image {
 /// A light without extent, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
-    /// Shines alike in all directions.
+    /// Emits equally in all directions.
     Point {
         /// Metres.
         position: Vec3,
         /// Radiant intensity \[W·sr⁻¹\].
         intensity: Vec3,
-        /// glTF's range \[m\]: the light's window falls to 0 there.
+        /// glTF's range \[m\], at which the light's window function reaches 0.
         range: Option<f32>,
     },
-    /// Shines into a cone (`KHR_lights_punctual`'s falloff).
+    /// Emits into a cone, with `KHR_lights_punctual`'s falloff.
     Spot {
         /// Metres.
         position: Vec3,
@@ -225,7 +224,7 @@ pub enum Light {
         /// glTF's range \[m\].
         range: Option<f32>,
     },
-    /// Shines from infinitely far.
+    /// Is infinitely far away.
     Directional {
         /// Unit vector along which light travels.
         direction: Vec3,
@@ -245,12 +244,13 @@ pub struct Camera {
     pub forward: Vec3,
     /// Unit vector, orthogonal to `forward`: up in the picture.
     pub up: Vec3,
-    /// How directions become pixels.
+    /// How directions map to pixels.
     pub projection: Projection,
 }
 
 impl Camera {
-    /// Of the matrix that maps camera space (+X right, +Y up, looking along −Z) to the world. Scale does not count.
+    /// From the matrix that maps camera space (+X right, +Y up, looking along −Z) to the world. Its scale has no
+    /// effect.
     pub fn from_matrix(world_from_camera: Mat4, projection: Projection) -> Self {
         let forward = (-world_from_camera.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
         let up = world_from_camera.y_axis.truncate().reject_from_normalized(forward);
@@ -274,15 +274,15 @@ pub enum Projection {
     },
     /// Parallel rays.
     Orthographic {
-        /// Half the height of what is seen \[m\].
+        /// Half the height of the view \[m\].
         half_height: f32,
     },
 }
 
-/// Radiance from infinitely far.
+/// Radiance from infinitely far away.
 #[derive(Clone, Debug)]
 pub enum Sky {
-    /// The same radiance \[W·sr⁻¹·m⁻²\] from everywhere; zero is black.
+    /// The same radiance \[W·sr⁻¹·m⁻²\] from all directions; zero is black.
     Constant(Vec3),
     /// An equirectangular picture: top row +Y; u = 0 is −Z, 0.25 +X, 0.5 +Z, 0.75 −X.
     Image {
@@ -302,7 +302,7 @@ impl Default for Sky {
 }
 
 impl Default for Material {
-    /// A white, rough dielectric. (glTF's own default is metallic; its loader says so explicitly.)
+    /// A white, rough dielectric. (glTF's own default is metallic; the glTF loader sets it explicitly.)
     fn default() -> Self {
         Self {
             name: String::from("default"),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Wavefront OBJ with MTL.
 //!
-//! tobj parses; what it is given has been checked and written anew ([`front`]), and polygons are
+//! tobj parses a text that has been checked and rewritten first ([`front`]); polygons are
 //! triangulated here ([`polygon`]).
 
 mod front;
@@ -23,10 +23,10 @@ use super::limits::{Budget, LoadLimits};
 use super::resource::Files;
 use super::{Instance, Loaded, Material, Mesh, Scene};
 
-/// The name that tobj gives to what stands before the first `o` or `g`.
+/// The name that tobj gives to what comes before the first `o` or `g`.
 const UNNAMED: &str = "unnamed_object";
 
-/// Reads `.obj` bytes; libraries and images lie in `folder`.
+/// Reads `.obj` bytes; libraries and images are in `folder`.
 pub(super) fn load(
     bytes: &[u8],
     folder: Option<&Path>,
@@ -70,7 +70,7 @@ pub(super) fn load(
         let Some(mut mesh) = clean(mesh, &mut warnings) else {
             continue;
         };
-        // The last slot is that of faces without a material.
+        // The last slot is for faces without a material.
         let slot = material.unwrap_or(n_materials);
         mesh.material = match materials[slot] {
             Some(known) => known,
@@ -106,8 +106,9 @@ pub(super) fn load(
     Ok(Loaded { scene, warnings: warnings.into_vec() })
 }
 
-/// One mesh for all that an object has of one material: files switch to and fro by the thousand.
-/// Parts without normals are not mixed with parts that have them, as they are flat.
+/// One mesh for all faces of an object with the same material, because files may switch between
+/// materials thousands of times. Parts without normals are kept separate from parts with normals,
+/// because they are flat.
 fn merged(
     models: Vec<tobj::Model>,
     lines: &mut impl Iterator<Item = usize>,
@@ -141,7 +142,7 @@ fn merged(
     meshes
 }
 
-/// Both have the same attributes, and together fewer than 2³² vertices.
+/// Both must have the same attributes, and together fewer than 2³² vertices.
 fn append(whole: &mut Mesh, part: Mesh) {
     let first = whole.positions.len() as u32;
     let shifted = part.triangles.iter().map(|t| t.map(|i| i + first));
@@ -184,7 +185,7 @@ fn mesh(
         triangles.extend(local.iter().map(|t| t.map(|i| face[i as usize])));
     }
 
-    // Where the file gives nothing, all is NaN (colours: white).
+    // What the file does not give is NaN (colours: white).
     let given = |values: &[f32]| values.iter().any(|v| !v.is_nan());
     let normals = given(&source.normals).then_some(source.normals);
     let texcoords = given(&source.texcoords).then_some(source.texcoords);

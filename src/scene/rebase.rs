@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scenes that lie far from their origin, as files of maps and buildings do: where to compute around.
+//! Scenes far from their origin, as in files of maps and buildings: the choice of a new origin.
 //!
-//! A 32-bit float at 1e6 m has steps of 6 cm. Coordinates that are taken relative to the scene's middle in 64 bits,
-//! before they are rounded, keep their digits.
+//! A 32-bit float at 1e6 m has steps of 6 cm. Coordinates that are made relative to the scene's middle in 64 bits,
+//! before they are rounded, keep their precision.
 
 use glam::DVec3;
 
-/// So many times as far from the origin as it is large, a scene loses 2⁸ of the 2²⁴ steps of a 32-bit float.
+/// A scene that is this many times as far from the origin as it is large loses 2⁸ of the 2²⁴ steps of a 32-bit float.
 const FAR: f64 = 256.0;
 
-/// A part of a scene: a mesh that stands somewhere, or a vertex.
+/// A part of a scene: an instance of a mesh, or a vertex.
 #[derive(Clone, Copy)]
 pub(super) struct Part {
     /// Its middle \[m\].
     pub center: DVec3,
     /// Half of its longest side \[m\].
     pub half_extent: f64,
-    /// How much it counts.
+    /// Its weight.
     pub weight: u64,
 }
 
-/// Where a scene's origin should stand: zero, unless most of it lies far away along an axis. By medians, so that a stray part
-/// does not matter. In whole metres.
+/// The best origin of a scene, in whole metres: zero, unless most of the scene is far away along an axis. It follows
+/// from medians, so that a stray part does not matter.
 pub(super) fn origin_of(parts: &[Part]) -> DVec3 {
     let by = |value: &dyn Fn(&Part) -> f64| {
         weighted_median(parts.iter().map(|part| (value(part), part.weight)).collect())
@@ -34,7 +34,7 @@ pub(super) fn origin_of(parts: &[Part]) -> DVec3 {
     DVec3::new(along(middle.x), along(middle.y), along(middle.z))
 }
 
-/// The value below which half of the weight lies; 0 of nothing.
+/// The value below which half of the weight lies; 0 if there is none.
 fn weighted_median(mut values: Vec<(f64, u64)>) -> f64 {
     values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let half = values.iter().map(|&(_, weight)| weight).sum::<u64>() / 2;
@@ -48,7 +48,7 @@ fn weighted_median(mut values: Vec<(f64, u64)>) -> f64 {
     0.0
 }
 
-/// Keeps evenly spaced ones of a row of points whose number is not known.
+/// Keeps evenly spaced points of a sequence of unknown length.
 pub(super) struct Sample {
     kept: Vec<DVec3>,
     step: u64,
@@ -61,7 +61,7 @@ impl Default for Sample {
     }
 }
 
-/// Points that are kept at most.
+/// The most points that are kept.
 const MAX_KEPT: usize = 8192;
 
 impl Sample {

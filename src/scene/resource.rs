@@ -13,11 +13,11 @@ use unicode_normalization::UnicodeNormalization;
 use super::error::{ResourceError, Warning, Warnings, short};
 use super::limits::Budget;
 
-/// Reads a file whole, if it is a regular one and fits the budget.
+/// Reads a whole file, if it is a regular file and fits the budget.
 pub(super) fn read_file(path: &Path, budget: &mut Budget) -> Result<Vec<u8>, ResourceError> {
     let name = || path.display().to_string();
     let io = |source| ResourceError::Io { path: name(), source };
-    // Asked before opening: to open a pipe would wait for its writer.
+    // Checked before opening, because opening a pipe would wait for its writer.
     if !std::fs::metadata(path).map_err(io)?.is_file() {
         return Err(ResourceError::NotAFile { path: name() });
     }
@@ -29,7 +29,7 @@ pub(super) fn read_file(path: &Path, budget: &mut Budget) -> Result<Vec<u8>, Res
         return Err(too_long(len));
     }
     let mut bytes = Vec::with_capacity(usize::try_from(len).map_err(|_| too_long(len))?);
-    // The file may have grown since: one byte past the budget tells.
+    // The file may have grown since; one byte beyond the budget shows this.
     file.take(left.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
     let len = bytes.len() as u64;
     budget.take(len, 1, "file").map_err(|_| too_long(len))?;
@@ -39,9 +39,9 @@ pub(super) fn read_file(path: &Path, budget: &mut Budget) -> Result<Vec<u8>, Res
 /// A file that a scene names.
 pub(super) struct Found {
     path: PathBuf,
-    /// The folder that it lies in, relative to the scene's.
+    /// The folder that it is in, relative to the scene's.
     pub folder: PathBuf,
-    /// Its name in the folder, where the scene spells it in another way.
+    /// Its name in the folder, if the scene spells it differently.
     called: Option<String>,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Found {
 pub(super) struct Files<'a> {
     /// The scene's folder; without one, no file is found.
     folder: Option<&'a Path>,
-    /// Names in a folder, each with its [`folded`] form. Read once: a scene may name many files.
+    /// Names in a folder, each with its [`folded`] form. Read only once, because a scene may name many files.
     listings: HashMap<PathBuf, Vec<(String, OsString)>>,
 }
 
@@ -58,8 +58,7 @@ impl<'a> Files<'a> {
         Self { folder, listings: HashMap::new() }
     }
 
-    /// Reads what a glTF URI names: a data URI, or a file in the scene's folder. `at` is the place
-    /// that names it.
+    /// Reads the data of a glTF URI: a data URI, or a file in the scene's folder. `at` is the place that names it.
     pub fn read_uri(
         &mut self,
         uri: &str,
@@ -77,9 +76,8 @@ impl<'a> Files<'a> {
         read(&found, uri, at, budget, warnings)
     }
 
-    /// A URI is to be percent-encoded. Some exporters write the plain name: where the decoded name
-    /// is none or not there, the text as it stands is tried, and the text before a query or
-    /// fragment.
+    /// A URI should be percent-encoded, but some exporters write the plain name. So if the decoded name is invalid or
+    /// does not exist, the unchanged text is tried, and the text before a query or fragment.
     fn find_uri(&mut self, uri: &str) -> Result<Found, ResourceError> {
         let here = Path::new("");
         let decoded = decode_percent(uri).and_then(|name| self.find(&name, here));
@@ -98,10 +96,9 @@ impl<'a> Files<'a> {
             .ok_or(first)
     }
 
-    /// Finds a file named relative to `base`, which is relative to the scene's folder. Paths that
-    /// leave the scene's folder are refused, by their text and, for symbolic links, by where they
-    /// lead. A name that differs from the file's only in case, or in how its accents are encoded,
-    /// finds it.
+    /// Finds a file named relative to `base`, which is relative to the scene's folder. Paths that leave the scene's
+    /// folder are rejected, by their text and, for symbolic links, by their target. A name may differ from the file's
+    /// in case, or in the encoding of accents.
     pub fn find(&mut self, name: &str, base: &Path) -> Result<Found, ResourceError> {
         // Exporters on Windows write `\`.
         let name = name.replace('\\', "/");
@@ -112,13 +109,13 @@ impl<'a> Files<'a> {
             return Err(outside());
         }
         let folder = folder.canonicalize().map_err(io)?;
-        // Put together by components: Windows' canonical paths take no `/` and no `..`.
+        // Joined by components, because Windows' canonical paths allow no `/` and no `..`.
         let mut path = folder.join(base);
         for component in Path::new(&name).components() {
             match component {
                 Component::Normal(part) => path.push(part),
                 Component::CurDir => {}
-                // It may leave the folder and come back: only where it ends counts.
+                // It may leave the folder and come back; only its end matters.
                 Component::ParentDir if path.pop() => {}
                 _ => return Err(outside()),
             }
@@ -139,7 +136,7 @@ impl<'a> Files<'a> {
         Ok(Found { path, folder, called })
     }
 
-    /// The path with each part as the file system spells it.
+    /// The path with each part spelled as in the file system.
     fn spelled(&mut self, folder: &Path, relative: &Path) -> Option<PathBuf> {
         let mut spelled = PathBuf::new();
         for part in relative.components() {
@@ -170,7 +167,7 @@ pub(super) fn read(
         warnings.push(Warning::Value {
             at: at.to_owned(),
             problem: format!(
-                "named `{}`, but the file is called `{}`, which is read",
+                "named `{}`, but the file is called `{}`; it is read",
                 short(name),
                 short(called)
             ),
@@ -179,7 +176,7 @@ pub(super) fn read(
     read_file(&found.path, budget)
 }
 
-/// The names in a folder, sorted. None where it cannot be read.
+/// The names in a folder, sorted. Empty if it cannot be read.
 fn list(folder: &Path) -> Vec<(String, OsString)> {
     const MAX_NAMES: usize = 100_000;
     let mut names: Vec<_> = std::fs::read_dir(folder)
@@ -195,8 +192,8 @@ fn list(folder: &Path) -> Vec<(String, OsString)> {
     names
 }
 
-/// Lower case, accents apart from their letters (NFD): names with the same form may be meant alike. macOS takes accents apart,
-/// other systems store names as given.
+/// Lower case, with accents separated from their letters (NFD): names with the same form may mean the same file. macOS
+/// separates accents, other systems store names as given.
 fn folded(name: &str) -> String {
     name.nfd().flat_map(char::to_lowercase).collect()
 }
@@ -221,7 +218,7 @@ fn read_data(data: &str, budget: &mut Budget) -> Result<Vec<u8>, ResourceError> 
     decode_base64(base64.as_bytes())
 }
 
-/// What stands before a URI's first colon, if that can be a scheme (or a drive letter).
+/// The part before a URI's first colon, if it can be a scheme (or a drive letter).
 fn scheme(uri: &str) -> Option<&str> {
     let (scheme, _) = uri.split_once(':')?;
     let mut chars = scheme.chars();
@@ -255,7 +252,7 @@ fn decode_percent(uri: &str) -> Result<String, ResourceError> {
     String::from_utf8(bytes).map_err(|e| broken(e.utf8_error().valid_up_to()))
 }
 
-/// RFC 4648, the digits of its URL-safe alphabet (`-` and `_`) too.
+/// Decodes RFC 4648 base64, also with the digits of its URL-safe alphabet (`-` and `_`).
 fn decode_base64(text: &[u8]) -> Result<Vec<u8>, ResourceError> {
     let value = |c: u8| match c {
         b'A'..=b'Z' => Some(c - b'A'),
@@ -267,7 +264,7 @@ fn decode_base64(text: &[u8]) -> Result<Vec<u8>, ResourceError> {
     };
     let n_padding = text.iter().rev().take_while(|&&c| c == b'=').count();
     let body = &text[..text.len() - n_padding];
-    // A lone last digit holds no whole byte; more than two `=` are never needed.
+    // A single last digit is not a whole byte; more than two `=` are never needed.
     if n_padding > 2 || body.len() % 4 == 1 {
         return Err(ResourceError::Base64 { at: body.len() });
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a scene must hold to before anything renders it.
+//! The properties that a scene must have before it is rendered.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -13,11 +13,11 @@ use super::{
 /// How far a unit vector's squared length may be from 1.
 const UNIT_TOLERANCE: f32 = 1e-4;
 
-/// What a transform must leave of a unit square's area, relative to the square of its largest
-/// element: less is a rounding error.
+/// The part of a unit square's area that a transform must keep, relative to the square of its
+/// largest element; less is a rounding error.
 const LEAST_AREA: f64 = 1e-14;
 
-/// A part of a scene that does not hold to [`Scene::validate`].
+/// A part of a scene that does not pass [`Scene::validate`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{at}: {problem}")]
 pub struct InvalidScene {
@@ -28,11 +28,11 @@ pub struct InvalidScene {
 }
 
 impl Scene {
-    /// Checks what [`Scene::load`] promises, for scenes that were put together by hand.
+    /// Checks what [`Scene::load`] guarantees, for scenes that you build yourself.
     ///
     /// # Errors
     ///
-    /// The first part that breaks a promise.
+    /// The first part that violates a guarantee.
     pub fn validate(&self) -> Result<(), InvalidScene> {
         for (i, mesh) in self.meshes.iter().enumerate() {
             let material = self.materials.get(mesh.material);
@@ -133,7 +133,7 @@ fn mesh_problem(mesh: &Mesh, material: Option<&Material>) -> Option<&'static str
         ),
         (
             (0..).zip(sets).any(|(set, uvs)| uvs.is_empty() && reads(set)),
-            "lacks texture coordinates that its material reads",
+            "does not have the texture coordinates that its material reads",
         ),
     ]);
     problem.or_else(|| mesh.triangles.iter().find_map(|t| triangle_problem(mesh, t)))
@@ -162,7 +162,7 @@ fn instance_problem(mesh: &Mesh, world_from_object: &glam::Affine3A) -> Option<&
     let reaches = |&p: &Vec3| in_reach(world_from_object.transform_point3(p));
     first([
         (!world_from_object.is_finite(), "transform not finite"),
-        (!keeps_areas, "transform leaves no areas (rank below 2)"),
+        (!keeps_areas, "transform keeps no areas (rank below 2)"),
         (!mesh.positions.iter().all(reaches), "reaches beyond 1e9 m"),
     ])
 }

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Variants of kernels: independent choices of what stands behind an import path.
+//! Variants of kernels: independent choices of the module behind an import path.
 //!
-//! An [`Axis`] has two or more values. The first one is the tree as it stands; each other has an overlay of modules under
-//! `variants/<axis>/<value>/`, which replace those of the same path. A kernel exists in every combination of the axes
-//! that its imports meet, and in no other: nobody keeps a list.
+//! An [`Axis`] has two or more values. The first one is the tree itself; each other value has an overlay of modules
+//! under `variants/<axis>/<value>/`, which replace the modules of the same path. A kernel exists in every combination
+//! of the axes that affect its imports, and in no other. There is no list to maintain.
 
 #[cfg(not(without_compose))]
 use naga::valid::Capabilities;
 use std::fmt;
 
-/// What plain WebGPU has and naga asks for: `pack2x16float` and its kin (they need no f16).
+/// A capability that plain WebGPU has and naga requires: `pack2x16float` and similar functions (which need no f16).
 #[cfg(not(without_compose))]
 pub const BASELINE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
-/// One thing that can be chosen when a kernel is composed.
+/// One choice that is made when a kernel is composed.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis {
     /// Its name, and that of its folder under `variants/`.
     pub name: &'static str,
-    /// What may be chosen; the first value has no overlay.
+    /// Its values; the first one has no overlay.
     pub values: &'static [AxisValue],
 }
 
@@ -58,7 +58,7 @@ pub const AXES: &[Axis] = &[
     Axis { name: "volumes", values: &[plain("textures"), plain("buffers")] },
 ];
 
-/// As many axes as a [`Variant`] has room for.
+/// The number of axes that a [`Variant`] has room for.
 const MAX_AXES: usize = 8;
 const _: () = assert!(AXES.len() <= MAX_AXES);
 
@@ -73,9 +73,9 @@ pub struct Choice {
 pub const RAY_QUERY: Choice = Choice { axis: 0, value: 1 };
 /// The scene has no textures: kernels carry no code that reads them.
 pub const NO_TEXTURES: Choice = Choice { axis: 1, value: 1 };
-/// Shadow maps tell what lights see; rays do for lights that have none.
+/// Shadow maps answer visibility queries; rays do for lights without a map.
 pub const SHADOW_MAPS: Choice = Choice { axis: 2, value: 1 };
-/// Cones through prefiltered voxels tell what lights see.
+/// Cones through prefiltered voxels answer visibility queries.
 pub const SHADOW_CONES: Choice = Choice { axis: 2, value: 2 };
 /// Prefiltered voxels are kept in storage buffers instead of 3-D textures.
 pub const VOLUME_BUFFERS: Choice = Choice { axis: 3, value: 1 };
@@ -88,7 +88,7 @@ impl Variant {
     /// The first value of each axis.
     pub const BASELINE: Self = Self([0; MAX_AXES]);
 
-    /// This one with another value on the choice's axis.
+    /// This variant with another value on the choice's axis.
     pub const fn with(mut self, choice: Choice) -> Self {
         self.0[choice.axis] = choice.value;
         self
@@ -137,7 +137,7 @@ impl Variant {
         chosen.fold(BASELINE, |all, value| all.union(value.capabilities))
     }
 
-    /// `axis=value` of each axis whose value is not the first, with commas between; empty for the baseline.
+    /// `axis=value` for each axis whose value is not the first, separated by commas; empty for the baseline.
     pub(super) fn name(self, axes: &[Axis]) -> String {
         let parts = axes.iter().enumerate().filter(|(ix, _)| self.value(*ix) != 0);
         let parts =
@@ -145,12 +145,12 @@ impl Variant {
         parts.collect::<Vec<_>>().join(",")
     }
 
-    /// Its numbers, for tables that the build writes.
+    /// The variant as numbers, for tables that the build script writes.
     pub const fn to_bytes(self) -> [u8; MAX_AXES] {
         self.0
     }
 
-    /// The opposite of [`Self::to_bytes`]. None: a value that an axis does not have.
+    /// The inverse of [`Self::to_bytes`]. None if an axis does not have the value.
     pub const fn from_bytes(bytes: [u8; MAX_AXES]) -> Option<Self> {
         let mut ix = 0;
         while ix < MAX_AXES {
@@ -187,7 +187,7 @@ impl fmt::Display for UnknownVariant {
         let all = AXES.iter().flat_map(|axis| {
             axis.values[1..].iter().map(|value| format!("{}={}", axis.name, value.name))
         });
-        write!(f, "no variant `{}`; there is {}", self.0, all.collect::<Vec<_>>().join(", "))
+        write!(f, "no variant `{}`; there are {}", self.0, all.collect::<Vec<_>>().join(", "))
     }
 }
 
@@ -196,7 +196,7 @@ impl std::error::Error for UnknownVariant {}
 impl std::str::FromStr for Variant {
     type Err = UnknownVariant;
 
-    /// As it is displayed.
+    /// Parses the form that `Display` writes.
     fn from_str(text: &str) -> Result<Self, UnknownVariant> {
         let mut out = Self::BASELINE;
         for part in text.split(',').filter(|part| !part.is_empty() && *part != "baseline") {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a kernel uses, against what baseline WebGPU has.
+//! What a kernel uses, and what baseline WebGPU allows.
 
 /// Limits per shader stage and pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
     /// Storage buffers per stage.
     pub storage_buffers: u32,
-    /// Of these, how many the scene seam may take.
+    /// Storage buffers per stage that the scene seam may use.
     pub seam_storage_buffers: u32,
     /// Storage textures per stage.
     pub storage_textures: u32,
@@ -23,7 +23,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// WebGPU's default limits (and the seam's share of the storage buffers).
+    /// WebGPU's default limits, and the seam's share of the storage buffers.
     pub const BASELINE: Self = Self {
         storage_buffers: 8,
         seam_storage_buffers: 5,

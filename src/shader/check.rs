@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The whole check of a folder of WGSL.
+//! The complete check of a folder of WGSL.
 
 use super::axes::{Axis, AxisValue, Variant};
 use super::budget::Budget;
@@ -11,14 +11,14 @@ use super::{OVERLAYS, ROOT, Resources};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// A kernel that passed.
+/// A kernel that passed the check.
 #[derive(Clone, Debug)]
 pub struct CheckedKernel {
     /// Path under `kernels/` without ending: `reference/path_trace`.
     pub name: String,
-    /// The values of the axes that its imports meet.
+    /// The values of the axes that affect its imports.
     pub variant: Variant,
-    /// The axes that its imports meet, by index.
+    /// Indices of the axes that affect its imports.
     pub axes: Vec<usize>,
     /// The kernel's own file.
     pub source: Source,
@@ -32,7 +32,7 @@ impl CheckedKernel {
         self.composed.resources
     }
 
-    /// What it asks of its host.
+    /// Its interface with the host.
     pub fn interface(&self) -> &Interface {
         &self.composed.interface
     }
@@ -49,22 +49,22 @@ pub struct Overlay {
     pub source: Source,
 }
 
-/// A folder of WGSL that passed.
+/// A folder of WGSL that passed the check.
 #[derive(Clone, Debug, Default)]
 pub struct CheckedTree {
     /// Modules (not kernels) of the baseline.
     pub library: Library,
-    /// Modules of the axes' values.
+    /// Modules of the overlays.
     pub overlays: Vec<Overlay>,
-    /// All kernels in each combination of values that they meet: by name, the baseline first.
+    /// All kernels in each combination of values that affects them, sorted by name, the baseline first.
     pub kernels: Vec<CheckedKernel>,
 }
 
 /// Checks every `.wgsl` file under `dir`: the layers, each module alone, each kernel in each combination of the axes
-/// that its imports meet, the budget.
+/// that affect its imports, and the budget.
 ///
 /// # Errors
-/// All problems, sorted by place, each once.
+/// All problems, sorted by their place in the files, without duplicates.
 pub fn check_tree(dir: &Path, axes: &[Axis]) -> Result<CheckedTree, Vec<Problem>> {
     let (mut all, mut problems) = Library::read_dir(dir);
     let overlays = take_overlays(&mut all, axes, &mut problems);
@@ -116,8 +116,7 @@ pub fn check_tree(dir: &Path, axes: &[Axis]) -> Result<CheckedTree, Vec<Problem>
         (&a.file, a.line, a.column, a.rule, &a.message)
             .cmp(&(&b.file, b.line, b.column, b.rule, &b.message))
     });
-    // The same mistake shows in every kernel that imports the module; several limits may be passed
-    // at one place.
+    // The same mistake shows up in every kernel that imports the module; several limits may be exceeded at one place.
     problems.dedup_by(|a, b| {
         (&a.file, a.line, a.column, a.rule) == (&b.file, b.line, b.column, b.rule)
             && (a.rule != Rule::Budget || a.message == b.message)
@@ -158,15 +157,16 @@ impl Tree<'_> {
         library
     }
 
-    /// All combinations of the axes that a kernel meets: those with an overlay of it, or of a module among its imports. Which
-    /// axes that are may depend on the values of others. With each, the axes' indices.
+    /// All combinations of the axes that affect a kernel: those with an overlay of the kernel, or of a module among its
+    /// imports. Which axes these are may depend on the values of others, so each combination comes with the axes'
+    /// indices.
     fn combinations(&self, kernel: &str) -> Vec<(Variant, Vec<usize>)> {
         let mut found = Vec::new();
         let mut open = vec![(Variant::BASELINE, Vec::new())];
         while let Some((variant, met)) = open.pop() {
             let source = self.source(kernel, variant);
             let library = self.library(variant);
-            // Wrong imports are reported when the kernel is composed.
+            // Invalid imports are reported when the kernel is composed.
             let imports = library.dependencies(source).unwrap_or_default();
             let mut paths = BTreeSet::from([kernel]);
             paths.extend(imports.iter().map(|module| module.import_path.as_str()));
@@ -189,7 +189,7 @@ impl Tree<'_> {
     }
 }
 
-/// Takes the files of `variants/<axis>/<value>/…` out of the library, under the paths that they replace.
+/// Takes the files under `variants/<axis>/<value>/…` out of the library, and gives them the paths that they replace.
 fn take_overlays(all: &mut Library, axes: &[Axis], problems: &mut Vec<Problem>) -> Vec<Overlay> {
     let prefix = format!("{ROOT}::{OVERLAYS}::");
     let mut found = Vec::new();
@@ -217,7 +217,7 @@ fn take_overlays(all: &mut Library, axes: &[Axis], problems: &mut Vec<Problem>) 
                     values.map(|value| format!("{}/{}", axis.name, value.name))
                 });
                 let there = there.collect::<Vec<_>>().join(", ");
-                let message = format!("stands in the folder of no variant; there is {there}");
+                let message = format!("is not in the folder of a variant; there are {there}");
                 problems.push(source.problem(Rule::UnknownVariant, (1, 1), message));
             }
         }
@@ -230,12 +230,12 @@ fn take_overlays(all: &mut Library, axes: &[Axis], problems: &mut Vec<Problem>) 
             .find(|other| other.axis != overlay.axis && other.source.import_path == *path);
         if let Some(other) = other {
             let message = format!(
-                "`{path}` is replaced on two axes, here and in {}: which one counts?",
+                "`{path}` is replaced on two axes, here and in {}; only one axis may replace it",
                 other.source.file.display()
             );
             problems.push(overlay.source.problem(Rule::UnknownVariant, (1, 1), message));
         } else if all.get(path).is_none() {
-            let message = format!("replaces `{path}`, which is not there");
+            let message = format!("replaces `{path}`, which does not exist");
             problems.push(overlay.source.problem(Rule::UnknownVariant, (1, 1), message));
         }
     }

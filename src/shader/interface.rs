@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a composed module asks of its host: entry points, and bindings with all that a layout needs.
+//! What the host must know about a composed module: its entry points, and its bindings with all that a layout needs.
 
 use std::borrow::Cow;
 
@@ -17,9 +17,9 @@ pub struct Interface {
 pub struct EntryPoint {
     /// The function's name.
     pub name: Cow<'static, str>,
-    /// When it runs.
+    /// Its stage.
     pub stage: Stage,
-    /// Invocations along each axis (zeros where the stage has none).
+    /// Workgroup size along each axis (zeros if the stage has none).
     pub workgroup_size: [u32; 3],
 }
 
@@ -57,16 +57,16 @@ pub enum BindingKind {
     },
     /// `var<storage>`
     Storage {
-        /// `read` alone.
+        /// Whether the access is `read` only.
         read_only: bool,
-        /// Size of its type, a runtime array having one element.
+        /// Size of its type, where a runtime-sized array counts as one element.
         bytes: u32,
     },
     /// A texture that is sampled or loaded from.
     Texture {
         /// Its shape.
         dimension: Dimension,
-        /// What its texels are.
+        /// The type of its texels.
         texels: Texels,
     },
     /// A storage texture.
@@ -80,7 +80,7 @@ pub enum BindingKind {
     },
     /// A sampler.
     Sampler {
-        /// It compares depths.
+        /// Whether it compares depths.
         compares: bool,
     },
     /// An acceleration structure for ray queries.
@@ -107,9 +107,9 @@ pub enum Dimension {
 /// Texels of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Texels {
-    /// `f32`; `filtered`: the shader samples it through a sampler, and so its format must be one that can be filtered.
+    /// `f32`; `filtered`: the shader reads it through a sampler, so its format must be filterable.
     Float {
-        /// The shader samples it.
+        /// Whether the shader reads it through a sampler.
         filtered: bool,
     },
     /// `i32`

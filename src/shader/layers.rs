@@ -6,18 +6,19 @@ use super::library::Source;
 use super::problem::{Problem, Rule};
 use super::scan::{Declaration, DeclarationKind, declarations, defined_import_path, imports};
 
-/// Where a file stands. Imports run downwards alone: from a layer to itself (kernels apart) and to those before it.
+/// The layer of a file. A file may import from its own layer (except kernels) and from the layers before it in this
+/// list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
     /// Functions without bindings.
     Pure,
-    /// `fields/`: light that a component keeps, looked up by several kernels; may declare bindings of group 3, no two
-    /// fields the same.
+    /// `fields/`: light that a component stores and several kernels look up; may declare bindings of group 3, which no
+    /// other field may use.
     Field,
     /// `scene/`: answers questions about the scene; may declare bindings of group 0, and of group 2 for what a pixel
     /// sees.
     Seam,
-    /// `integrators/`: ask the seam and declare nothing.
+    /// `integrators/`: use the seam and declare no bindings.
     Integrator,
     /// `kernels/`: entry points with bindings of groups 1 to 3.
     Kernel,
@@ -45,7 +46,7 @@ pub fn layer_of(import_path: &str) -> Layer {
     }
 }
 
-/// Whose a bind group is.
+/// Which layer owns a bind group.
 fn owner_of(group: &str) -> &'static str {
     match group {
         "0" => "group 0 is the scene's",
@@ -55,7 +56,7 @@ fn owner_of(group: &str) -> &'static str {
     }
 }
 
-/// Bindings that modules of one composition share.
+/// Finds bindings that two modules of one composition both use.
 pub fn check_bindings<'a>(sources: impl Iterator<Item = &'a Source>) -> Vec<Problem> {
     let mut known: Vec<(&Source, &str, &str, &str)> = Vec::new();
     let mut problems = Vec::new();
@@ -78,14 +79,14 @@ pub fn check_bindings<'a>(sources: impl Iterator<Item = &'a Source>) -> Vec<Prob
     problems
 }
 
-/// Bindings and names that two fields share: no kernel could import both.
+/// Finds bindings and names that two fields both use: no kernel could import both.
 pub fn check_fields<'a>(sources: impl Iterator<Item = &'a Source>) -> Vec<Problem> {
     let mut fields: Vec<(&str, Vec<(&Source, Declaration<'_>)>)> = Vec::new();
     for source in sources.filter(|source| layer_of(&source.import_path) == Layer::Field) {
         let found = declarations(&source.text).into_iter();
         let found = found.filter(|d| matches!(d.kind, DeclarationKind::Binding { .. }));
         let found = found.map(|declaration| (source, declaration));
-        // Overlays of a field are that field.
+        // An overlay of a field counts as that field.
         match fields.iter_mut().find(|(path, _)| *path == source.import_path) {
             Some((_, bindings)) => bindings.extend(found),
             None => fields.push((&source.import_path, found.collect())),
@@ -104,7 +105,7 @@ pub fn check_fields<'a>(sources: impl Iterator<Item = &'a Source>) -> Vec<Proble
                 };
                 if number == binding || other_name == name {
                     let message = format!(
-                        "`{name}` (binding {binding}) meets `{other_name}` (binding {number}) of {}: fields stand side by side in group 3, so that a kernel can import any two",
+                        "`{name}` (binding {binding}) conflicts with `{other_name}` (binding {number}) of {}: all fields share group 3, so that a kernel can import any two",
                         other.file.display()
                     );
                     let place = (declaration.line, declaration.column);
@@ -126,29 +127,29 @@ pub fn check(source: &Source) -> Vec<Problem> {
         let refusal = match (layer, kind) {
             (Layer::Pure, DeclarationKind::Binding { .. }) => Some((
                 Rule::PureModule,
-                "a pure module declares no binding: take the value as an argument".into(),
+                "a pure module cannot declare a binding; take the value as an argument".into(),
             )),
             (Layer::Integrator, DeclarationKind::Binding { .. }) => Some((
                 Rule::PureModule,
-                "an integrator declares no binding: take the value as an argument, or ask the scene seam".into(),
+                "an integrator cannot declare a binding; take the value as an argument, or import it from the scene seam".into(),
             )),
             (Layer::Kernel, DeclarationKind::Entry(_)) => None,
             (_, DeclarationKind::Entry(stage)) => Some((
                 Rule::PureModule,
-                format!("an entry point (@{stage}) stands in a kernel, under {KERNELS}/"),
+                format!("an entry point (@{stage}) belongs in a kernel, under {KERNELS}/"),
             )),
             (Layer::Kernel, DeclarationKind::Variable(_)) => None,
             (_, DeclarationKind::Variable("workgroup")) => {
-                Some((Rule::PureModule, "only a kernel declares workgroup variables".into()))
+                Some((Rule::PureModule, "only a kernel can declare workgroup variables".into()))
             }
             (Layer::Pure | Layer::Integrator, DeclarationKind::Variable(space)) => {
-                Some((Rule::PureModule, format!("a pure module keeps no state: `var<{space}>`")))
+                Some((Rule::PureModule, format!("a pure module cannot have state: `var<{space}>`")))
             }
             (Layer::Seam, DeclarationKind::Binding { group, .. }) if !matches!(group, "0" | "2") => {
-                Some((Rule::BindGroup, format!("the scene seam owns groups 0 and 2 alone, not {group}")))
+                Some((Rule::BindGroup, format!("the scene seam owns only groups 0 and 2, not {group}")))
             }
             (Layer::Field, DeclarationKind::Binding { group, .. }) if group != "3" => {
-                Some((Rule::BindGroup, format!("fields bind in group 3 alone, not in {group}")))
+                Some((Rule::BindGroup, format!("fields own only group 3, not {group}")))
             }
             (Layer::Kernel, DeclarationKind::Binding { group: "0", .. }) => Some((
                 Rule::BindGroup,
@@ -157,7 +158,7 @@ pub fn check(source: &Source) -> Vec<Problem> {
             (Layer::Kernel, DeclarationKind::Binding { group, .. })
                 if !matches!(group, "1" | "2" | "3") =>
             {
-                Some((Rule::BindGroup, format!("there are bind groups 0 to 3 only, not {group}")))
+                Some((Rule::BindGroup, format!("there are only bind groups 0 to 3, not {group}")))
             }
             _ => None,
         };
@@ -167,10 +168,10 @@ pub fn check(source: &Source) -> Vec<Problem> {
     }
     for import in imports(&source.text) {
         let of = layer_of(&import.path);
-        // Kernels as imports are refused with the other imports.
+        // Imports of kernels are refused where imports are resolved.
         if of > layer && of != Layer::Kernel {
             let message = format!(
-                "{} imports {}, `{}`: imports run from kernels to integrators, the scene seam, fields and pure modules, and never back",
+                "{} imports {}, `{}`: kernels may import integrators, the scene seam, fields and pure modules, each of these the ones after it, and none the ones before it",
                 layer.in_words(),
                 of.in_words(),
                 import.path
@@ -183,7 +184,7 @@ pub fn check(source: &Source) -> Vec<Problem> {
         problems.push(source.problem(
             Rule::Compose,
             (1, 1),
-            format!("no entry point; what is not a kernel does not stand under {KERNELS}/"),
+            format!("there is no entry point; a file without one does not belong under {KERNELS}/"),
         ));
     }
     problems
@@ -195,15 +196,15 @@ fn check_import_path(source: &Source, layer: Layer) -> Option<Problem> {
     let message = match (layer, declared.map(|declared| declared.path)) {
         (Layer::Kernel, None) => return None,
         (Layer::Kernel, Some(_)) => {
-            String::from("a kernel has no import path: it is never imported")
+            String::from("a kernel must not have an import path, because it is never imported")
         }
         (_, Some(declared)) if declared == source.import_path => return None,
         (_, Some(declared)) => format!(
-            "declares the import path `{declared}`, and by its place it is `{}`",
+            "declares the import path `{declared}`, but its place in the folder makes it `{}`",
             source.import_path
         ),
         (_, None) => format!(
-            "a module declares its import path: `#define_import_path {}`",
+            "a module must declare its import path: `#define_import_path {}`",
             source.import_path
         ),
     };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Modules by import path, and composing them.
+//! Modules by their import paths, and their composition.
 
 use super::budget::{Budget, Resources};
 use super::interface::Interface;
@@ -25,12 +25,12 @@ pub struct Source {
     pub import_path: String,
     /// The file's name in messages.
     pub file: PathBuf,
-    /// The text, comments and all.
+    /// The text, with its comments.
     pub text: Cow<'static, str>,
 }
 
 impl Source {
-    /// A module that names itself: its import path is that of its `#define_import_path` line.
+    /// A module whose import path is given by its `#define_import_path` line.
     ///
     /// # Errors
     /// [`Problem`]: the text has no such line.
@@ -65,7 +65,7 @@ impl Source {
         }
     }
 
-    /// Where the module is imported; where it is first named, if by its full path.
+    /// Where the module is imported, or else where its full path first appears.
     fn place_of_import(&self, module: &str) -> (u32, u32) {
         let imports = scan::imports(&self.text);
         let import = imports.iter().find(|import| import.is_of(module));
@@ -75,8 +75,8 @@ impl Source {
         )
     }
 
-    /// The modules in use, and the imports of which nothing is used: naga_oil passes over those,
-    /// wrong or not.
+    /// The modules in use, and the imports of which nothing is used: naga_oil skips those, whether they are right or
+    /// wrong.
     fn wanted(&self, library: &Library) -> Vec<String> {
         let mut wanted = self.imports();
         for import in scan::imports(&self.text) {
@@ -99,8 +99,8 @@ pub struct Library {
 }
 
 impl Library {
-    /// Reads every `.wgsl` file under `dir`; `dir/sh/basis.wgsl` becomes `lucerna::sh::basis`.
-    /// Files that cannot be read come back as problems beside the library.
+    /// Reads every `.wgsl` file under `dir`; `dir/sh/basis.wgsl` becomes `lucerna::sh::basis`. Files that cannot be
+    /// read are returned as problems.
     pub fn read_dir(dir: &Path) -> (Self, Vec<Problem>) {
         let mut library = Self::default();
         let mut problems = Vec::new();
@@ -128,7 +128,7 @@ impl Library {
                     column: 1,
                     rule: Rule::ImportPath,
                     message: format!(
-                        "`{stem}` is no identifier, and names of files and folders are parts of import paths: use letters, digits and _"
+                        "`{stem}` is not an identifier, but names of files and folders are parts of import paths: use letters, digits and _"
                     ),
                     excerpt: None,
                 });
@@ -149,8 +149,8 @@ impl Library {
         }
     }
 
-    /// Adds a module; one that has the same import path is replaced, which is how a renderer puts
-    /// its own scene behind the scene seam.
+    /// Adds a module. It replaces the module of the same import path, if there is one: this is how a renderer puts its
+    /// own scene behind the scene seam.
     pub fn insert(&mut self, source: Source) {
         self.modules.insert(source.import_path.clone(), source);
     }
@@ -165,15 +165,15 @@ impl Library {
         self.modules.values()
     }
 
-    /// Takes out the modules that `keep` refuses.
+    /// Removes the modules for which `keep` returns false.
     pub fn retain(&mut self, mut keep: impl FnMut(&Source) -> bool) {
         self.modules.retain(|_, source| keep(source));
     }
 
-    /// Everything that `source` imports, directly or not, each before those that import it.
+    /// Everything that `source` imports, directly or not; each module comes before those that import it.
     ///
     /// # Errors
-    /// All imports (used or not) that name nothing, name a kernel, or run in a circle, at the import's place.
+    /// All imports, used or not, that name nothing, name a kernel, or form a cycle, each with the place of the import.
     pub fn dependencies(&self, source: &Source) -> Result<Vec<&Source>, Vec<Problem>> {
         let mut walk =
             Walk { library: self, done: Vec::new(), path: Vec::new(), problems: Vec::new() };
@@ -181,12 +181,12 @@ impl Library {
         if walk.problems.is_empty() { Ok(walk.done) } else { Err(walk.problems) }
     }
 
-    /// Composes `source` with everything that it imports, validates the whole, and holds it to the budget: what the build
-    /// does with each kernel.
+    /// Composes `source` with everything that it imports, validates the result, and checks it against the budget. The
+    /// build script does this with each kernel.
     ///
     /// # Errors
-    /// What is wrong with the imports or the bindings, else the first parse or validation error, else all limits that are
-    /// passed.
+    /// What is wrong with the imports or the bindings; or else the first parse or validation error; or else all limits
+    /// that are exceeded.
     pub fn compose(&self, source: &Source, target: Target) -> Result<Composed, Vec<Problem>> {
         let dependencies = self.dependencies(source)?;
         let sides = dependencies.iter().copied().chain([source]);
@@ -229,12 +229,12 @@ impl Library {
     }
 }
 
-/// What is asked of a composed module.
+/// What a module is composed for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Target {
     /// What the adapter can do.
     pub capabilities: Capabilities,
-    /// What it may take; None: whatever it likes.
+    /// What the module may use; None: no limit.
     pub budget: Option<Budget>,
 }
 
@@ -250,11 +250,11 @@ impl Default for Target {
 pub struct Composed {
     /// The module, for `wgpu::ShaderSource::Naga`.
     pub module: naga::Module,
-    /// What the validator found out about it.
+    /// What the validator found out about the module.
     pub info: naga::valid::ModuleInfo,
-    /// What it declares of what WebGPU limits.
+    /// The limited resources that it declares.
     pub resources: Resources,
-    /// Its bindings and entry points: bind group layouts follow from them.
+    /// Its bindings and entry points, from which bind group layouts follow.
     pub interface: Interface,
 }
 
@@ -299,7 +299,7 @@ fn not_utf8(file: PathBuf, error: &std::string::FromUtf8Error) -> Problem {
         line,
         column,
         rule: Rule::Read,
-        message: "is not UTF-8 from here on; save it as UTF-8".into(),
+        message: "is not UTF-8 from here on; save the file as UTF-8".into(),
         excerpt: None,
     }
 }
@@ -347,7 +347,7 @@ impl<'a> Walk<'a> {
                 self.problems.push(source.problem(
                     Rule::ImportCycle,
                     place,
-                    format!("imports run in a circle: {}", circle.join(" -> ")),
+                    format!("imports form a cycle: {}", circle.join(" -> ")),
                 ));
             } else if let Some(module) = self.library.get(&import) {
                 if !self.done.iter().any(|done| done.import_path == import) {
@@ -358,7 +358,7 @@ impl<'a> Walk<'a> {
                 self.problems.push(source.problem(
                     Rule::ImportMissing,
                     place,
-                    format!("imports `{import}`, and there is no such module"),
+                    format!("imports `{import}`, but there is no such module"),
                 ));
             }
         }
@@ -390,7 +390,7 @@ fn problem_of(fallback: &Source, error: &ComposerError, composer: &Composer) -> 
             }
             text
         }
-        // Names are decorated in the error, not in its report.
+        // The error has decorated names, its report does not.
         inner => match report.lines().next().and_then(|line| line.strip_prefix("error: ")) {
             Some(line) => line.to_owned(),
             None => inner.to_string(),
@@ -399,8 +399,7 @@ fn problem_of(fallback: &Source, error: &ComposerError, composer: &Composer) -> 
     Problem { file, line, column, rule, message, excerpt: Some(report) }
 }
 
-/// A validation error with its innermost place alone: of the function and the expression in it, the
-/// expression.
+/// A validation error with only its innermost place: the expression, not the function around it.
 fn narrowed(error: &ComposerError) -> Option<ComposerError> {
     let ComposerErrorInner::ShaderValidationError(inner) = &error.inner else { return None };
     let (span, _) = inner
@@ -419,8 +418,7 @@ fn narrowed(error: &ComposerError) -> Option<ComposerError> {
     Some(ComposerError { inner: ComposerErrorInner::ShaderValidationError(inner), source })
 }
 
-/// The report holds the place as `path:line:column`, the column in a line whose imported names are
-/// decorated.
+/// The report gives the place as `path:line:column`, where the column counts decorated names.
 fn place_of_error(error: &ComposerError, composer: &Composer) -> Option<(PathBuf, u32, u32)> {
     let report = strip_colour(&error.emit_to_string(composer));
     let place = report.lines().find_map(|line| line.split_once("┌─ "))?.1;
@@ -444,7 +442,7 @@ fn undecorated(text: &str) -> String {
         out.push_str(&rest[..at]);
         let tail = &rest[at + MARK.len()..];
         let end = tail.find(|c: char| !c.is_ascii_uppercase() && !c.is_ascii_digit());
-        // An X may be a digit too: the last one closes.
+        // An X may also be a digit, so the last one ends the suffix.
         let run = &tail[..end.unwrap_or(tail.len())];
         rest = &tail[run.rfind('X').map_or(run.len(), |x| x + 1)..];
     }
@@ -452,7 +450,7 @@ fn undecorated(text: &str) -> String {
     out
 }
 
-/// naga_oil colours its reports whatever the output is.
+/// naga_oil always colours its reports.
 fn strip_colour(report: &str) -> String {
     let mut out = String::with_capacity(report.len());
     let mut rest = report;

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Composing and checking WGSL: what the build script runs, and what a renderer that replaces
-//! parts of the scene seam runs itself.
+//! Composes and checks WGSL. The build script does so, and so does a renderer that replaces parts of the scene seam.
 //!
-//! * [`Library`]: a set of modules by import path; a file's path is its import path.
+//! * [`Library`]: a set of modules by import path, which follows from a file's path.
 //! * [`Library::compose`]: one kernel and everything that it imports, as validated naga IR.
-//! * [`check_tree`]: every rule of the layers and of the portability budget over a folder of WGSL,
-//!   reporting all problems with file, line and column.
+//! * [`check_tree`]: checks a folder of WGSL against every rule of the layers and of the portability budget, and
+//!   reports all problems with file, line and column.
 //!
-//! Composing and checking need the feature `compose`; what kernels declare ([`Interface`], [`Resources`]) and their variants
-//! do not.
+//! Composing and checking need the feature `compose`. What kernels declare ([`Interface`], [`Resources`]) and their
+//! variants do not need it.
 //!
-//! This folder is compiled twice, into the crate and into `build.rs`, so it uses nothing else of
-//! the crate. The build script composes whatever the features are: it has all of this folder, and tells the crate by
-//! `without_compose` that the feature is off.
+//! This folder is compiled twice, into the crate and into `build.rs`, so it uses nothing else from the crate. The build
+//! script composes with any features: it uses all of this folder, and sets `without_compose` for the crate if the
+//! feature is off.
 
 mod axes;
 mod budget;
@@ -47,9 +46,9 @@ pub use library::{Composed, Library, Source, Target};
 #[cfg(not(without_compose))]
 pub use problem::{Problem, Rule};
 
-/// The import path's first segment, and the folder name under which kernels live.
+/// The first segment of import paths.
 pub const ROOT: &str = "lucerna";
-/// Folder of the entry points, never imported.
+/// Folder of the kernels, which are never imported.
 pub const KERNELS: &str = "kernels";
 /// Folder of the overlays that make variants.
 pub const OVERLAYS: &str = "variants";

@@ -9,44 +9,44 @@ use std::path::PathBuf;
 pub enum Rule {
     /// The file cannot be read.
     Read,
-    /// The text does not parse or its types do not fit.
+    /// The text does not parse, or its types do not match.
     Compose,
-    /// An `#import` names a module that is not there.
+    /// An `#import` names a module that does not exist.
     ImportMissing,
-    /// Modules import each other in a circle.
+    /// Imports form a cycle.
     ImportCycle,
     /// A kernel is imported.
     KernelImported,
-    /// `#define_import_path` is missing in a module, differs from the file's path, or stands in a kernel.
+    /// `#define_import_path` is missing in a module, differs from the file's path, or appears in a kernel.
     ImportPath,
-    /// A module imports one of a layer above its own.
+    /// A module imports a module of a layer above its own.
     Direction,
     /// A pure module declares a binding, a workgroup variable, or an entry point.
     PureModule,
-    /// A binding stands in a group that is another layer's, or where another one stands.
+    /// A binding is in a group that belongs to another layer, or has the same number as another binding.
     BindGroup,
-    /// A file under `variants/` stands in the folder of no variant.
+    /// A file under `variants/` is not in the folder of a variant.
     UnknownVariant,
-    /// naga's validator refuses the composed module under the row's capabilities.
+    /// naga's validator rejects the composed module with the variant's capabilities.
     Validation,
-    /// More resources than baseline WebGPU has.
+    /// A kernel uses more resources than baseline WebGPU allows.
     Budget,
 }
 
-/// One broken rule, with the place to mend.
+/// A broken rule, and where to fix it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// The file as it was given to the check.
     pub file: PathBuf,
-    /// 1-based; 1 where a whole file is meant.
+    /// 1-based; 1 if the problem concerns a whole file.
     pub line: u32,
     /// 1-based, in characters.
     pub column: u32,
-    /// What was broken.
+    /// The broken rule.
     pub rule: Rule,
     /// What is wrong and what to do.
     pub message: String,
-    /// An excerpt of the source with the place marked, where the compiler gave one.
+    /// An excerpt of the source with the place marked, if the compiler gave one.
     pub excerpt: Option<String>,
 }
 

@@ -13,7 +13,7 @@ use naga::{
 use std::collections::BTreeSet;
 
 impl Interface {
-    /// Reads it from a validated module.
+    /// Reads the interface of a validated module.
     pub fn of(module: &Module, info: &ModuleInfo) -> Self {
         let sampled: BTreeSet<Handle<naga::GlobalVariable>> = (0..module.entry_points.len())
             .flat_map(|ix| info.get_entry_point(ix).sampling_set.iter())
@@ -116,7 +116,7 @@ fn kind_of_handle(inner: &TypeInner, is_filtered: bool) -> Option<BindingKind> {
     })
 }
 
-/// Formats that baseline WebGPU has for storage, by the names that WGSL gives them.
+/// WGSL's names of the storage texture formats of baseline WebGPU.
 fn name_of_format(format: naga::StorageFormat) -> &'static str {
     use naga::StorageFormat as F;
     match format {
@@ -141,11 +141,11 @@ fn name_of_format(format: naga::StorageFormat) -> &'static str {
 }
 
 impl Resources {
-    /// Counts what the module declares. (A pipeline layout holds what is declared, used or not.)
+    /// Counts what the module declares. (A pipeline layout contains all declarations, used or not.)
     pub fn of(module: &Module) -> Self {
         let mut out = Self::default();
         let mut layouter = naga::proc::Layouter::default();
-        // A module that did not validate has no layout; then only the sizes are missing.
+        // A module that did not validate has no layout; in that case only the sizes are missing.
         let laid_out = layouter.update(module.to_ctx()).is_ok();
         for (_, variable) in module.global_variables.iter() {
             match variable.space {
@@ -182,7 +182,7 @@ impl Resources {
         }
     }
 
-    /// What is over the budget, in words; empty if nothing is.
+    /// What exceeds the budget, in words; empty if nothing does.
     pub fn excess(&self, budget: &Budget) -> Vec<Excess> {
         let rows = [
             (Counted::Buffer, "storage buffers", self.storage_buffers, budget.storage_buffers),
@@ -231,7 +231,7 @@ impl Resources {
     }
 }
 
-/// What kind of declaration an excess is about, to find its place.
+/// The kind of declaration that exceeds a limit, to find its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counted {
     Buffer,
@@ -241,7 +241,7 @@ pub enum Counted {
     Other,
 }
 
-/// One limit that is passed.
+/// A limit that is exceeded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excess {
     pub counted: Counted,

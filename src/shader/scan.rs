@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A lexical look at WGSL: enough to find declarations and their places without composing.
+//! A lexical scan of WGSL: enough to find declarations and their places without composing.
 
 /// A token with its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,8 +11,8 @@ pub struct Token<'a> {
     pub column: u32,
 }
 
-/// Splits WGSL into identifiers, numbers and single punctuation characters; comments (nested block
-/// comments too) are passed over.
+/// Splits WGSL into identifiers, numbers and single punctuation characters, and skips comments
+/// (also nested block comments).
 pub fn tokens(source: &str) -> Vec<Token<'_>> {
     let mut out = Vec::new();
     let mut chars = source.char_indices().peekable();
@@ -84,7 +84,7 @@ fn advance(c: char, line: &mut u32, column: &mut u32) {
     }
 }
 
-/// A `var` at module scope, as far as the layers care.
+/// A declaration at module scope that matters to the rules of the layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Declaration<'a> {
     pub kind: DeclarationKind<'a>,
@@ -119,7 +119,7 @@ pub fn declarations(source: &str) -> Vec<Declaration<'_>> {
                         let at = (ix..end).find(|&at| text(at) == of).map_or(end, |at| at + 2);
                         text(at)
                     };
-                    // The name is what stands before the colon of its type.
+                    // The name is the token before the colon of its type.
                     let colon = (ix..end).find(|&at| text(at) == ":").unwrap_or(end);
                     let name = text(colon.saturating_sub(1));
                     DeclarationKind::Binding {
@@ -163,7 +163,7 @@ impl Import {
     }
 }
 
-/// Every path of every `#import`, used in the text or not; nested braces are spread out.
+/// Every path of every `#import`, used in the text or not; nested braces are expanded.
 pub fn imports(source: &str) -> Vec<Import> {
     let tokens = tokens(source);
     let mut out = Vec::new();
@@ -176,7 +176,7 @@ pub fn imports(source: &str) -> Vec<Import> {
     out
 }
 
-/// Reads one path, or the braces at its end, from token `at` on.
+/// Reads one path, or the braces at its end, starting at token `at`.
 fn import_tree(tokens: &[Token<'_>], at: &mut usize, prefix: &str, out: &mut Vec<Import>) {
     let text = |ix: usize| tokens.get(ix).map_or("", |token| token.text);
     let Some(&Token { line, column, .. }) = tokens.get(*at) else { return };
@@ -200,7 +200,7 @@ fn import_tree(tokens: &[Token<'_>], at: &mut usize, prefix: &str, out: &mut Vec
         while !matches!(text(*at), "}" | "") {
             let before = *at;
             import_tree(tokens, at, &path, out);
-            // What is neither a path nor a comma is naga_oil's to refuse.
+            // naga_oil reports what is neither a path nor a comma.
             *at += usize::from(text(*at) == "," || *at == before);
         }
         *at += 1;
@@ -219,7 +219,7 @@ pub fn defined_import_path(source: &str) -> Option<Import> {
     Some(Import { path, line: tokens[ix].line, column: tokens[ix].column })
 }
 
-/// Where `needle` first stands in `source`: 1-based line and column; (1, 1) if it does not.
+/// Where `needle` first occurs in `source`: 1-based line and column; (1, 1) if it does not occur.
 pub fn place_of(source: &str, needle: &str) -> (u32, u32) {
     source.find(needle).map_or((1, 1), |at| end_of(&source[..at]))
 }
@@ -231,7 +231,7 @@ pub fn end_of(text: &str) -> (u32, u32) {
     (line, column)
 }
 
-/// Names of functions, structs, constants and variables that stand at module scope.
+/// Names of the functions, structs, constants and variables at module scope.
 pub fn declared_names(source: &str) -> Vec<&str> {
     let tokens = tokens(source);
     let text = |ix: usize| tokens.get(ix).map_or("", |token| token.text);

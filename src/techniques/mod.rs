@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Techniques of global illumination. Each answers the same question in the same units, so that any two can be compared.
+//! Techniques of global illumination. All compute the same quantity in the same units, so that any two can be compared.
 //!
 //! | technique | what |
 //! |---|---|
@@ -26,8 +26,8 @@ pub use crate::setting::{
     Setting, SettingChoice, SettingError, SettingKind, SettingValue, Settings,
 };
 
-/// Makes a technique from settings as text. `visibility`: what tells which lights it sees; the last argument: where the
-/// camera stands \[m\].
+/// Makes a technique from settings as text. `visibility`: how it decides which lights are visible; the last argument:
+/// the camera's position \[m\].
 type Make = fn(
     &Gpu,
     &dyn SceneSeam,
@@ -36,17 +36,17 @@ type Make = fn(
     Vec3,
 ) -> Result<Box<dyn Technique>, TechniqueError>;
 
-/// A technique that can be made by its name.
+/// A technique that can be created by its name.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct TechniqueEntry {
     /// Its name: `voxel-rt`.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// What it is, in one line.
     pub help: &'static str,
     /// Its settings.
     pub settings: &'static [Setting],
-    /// Their values where nobody says otherwise.
+    /// Their default values.
     pub defaults: fn() -> Vec<SettingValue>,
     make: Make,
 }
@@ -55,7 +55,7 @@ pub struct TechniqueEntry {
 pub const TECHNIQUES: &[TechniqueEntry] = &[
     TechniqueEntry::new::<NoSettings>(
         "direct",
-        "Direct light alone: rasterised, with ray-traced shadows",
+        "Only direct light: rasterised, with ray-traced shadows",
         |_, _, _, _, _| Ok(Box::new(NoIndirect)),
     ),
     TechniqueEntry::new::<VoxelRtSettings>(
@@ -84,7 +84,7 @@ impl TechniqueEntry {
         Self { name, help, settings: S::LIST, defaults: defaults::<S>, make }
     }
 
-    /// Makes the technique. `settings`: names and values of those that shall differ from the defaults.
+    /// Makes the technique. `settings`: names and values of the settings that differ from the defaults.
     ///
     /// # Errors
     /// A setting is unknown or out of range, or the technique cannot be made for this scene and device.
@@ -100,7 +100,7 @@ impl TechniqueEntry {
     }
 }
 
-/// Settings from names and values, in the order of the list: some depend on others before them.
+/// Settings from names and values, set in the order of the list, because some depend on others before them.
 fn read<S: Settings>(given: &[(&str, &str)]) -> Result<S, SettingError> {
     let mut settings = S::default();
     let place = |name: &str| S::LIST.iter().position(|setting| setting.name == name);
@@ -112,7 +112,7 @@ fn read<S: Settings>(given: &[(&str, &str)]) -> Result<S, SettingError> {
     Ok(settings)
 }
 
-/// Of a technique that has none.
+/// Settings of a technique that has none.
 #[derive(Clone, Copy, Debug, Default)]
 struct NoSettings;
 
@@ -126,7 +126,7 @@ impl Settings for NoSettings {
     fn set(&mut self, _ix: usize, _value: SettingValue) {}
 }
 
-/// No indirect light: direct light alone.
+/// No indirect light, only direct light.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoIndirect;
 

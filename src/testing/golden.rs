@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::cell::{Cell, RefCell};
 use std::path::PathBuf;
 
-/// Of more inputs, some at equal distances are written: samplers are tested with millions.
+/// If there are more inputs, only every n-th is written: samplers are tested with millions.
 const MAX_ELEMENTS: usize = 1024;
 
 fn step_of(n: usize) -> usize {
@@ -18,7 +18,7 @@ fn step_of(n: usize) -> usize {
 
 thread_local! {
     static N_CALLS: Cell<u32> = const { Cell::new(0) };
-    /// The file of the thread's last call.
+    /// The file of this thread's last call.
     static LAST: RefCell<Option<PathBuf>> = const { RefCell::new(None) };
 }
 
@@ -26,7 +26,7 @@ fn folder() -> Option<PathBuf> {
     std::env::var_os("LUCERNA_GOLDEN").filter(|folder| !folder.is_empty()).map(PathBuf::from)
 }
 
-/// The running test's name: test runners name the thread after it, or run one test by its name.
+/// The running test's name: test runners name the thread after it, or pass it as an argument.
 fn test_name() -> String {
     let thread = std::thread::current();
     let name = thread.name().filter(|name| *name != "main").map(str::to_owned);
@@ -49,7 +49,7 @@ pub(super) fn write_map<I: NoUninit, O: NoUninit>(
     let name = test_name();
     let binary = std::env::current_exe().unwrap_or_default();
     let binary = binary.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    // Cargo's hash of the build is no part of the name.
+    // Cargo's hash of the build is not part of the name.
     let target = binary.rsplit_once('-').map_or(binary.as_str(), |(target, _)| target);
     let file = folder.join(target).join(format!("{name}-{call}.json"));
     let fields = |variable| fields_of(&composed.module, variable);
@@ -59,10 +59,10 @@ pub(super) fn write_map<I: NoUninit, O: NoUninit>(
         "call": call,
         "wgsl": wgsl,
         "composed": wgsl_of(composed),
-        // Textures and buffers of the test's own are not in the file.
+        // The test's own textures and buffers are not in the file.
         "n_other_resources": n_resources,
         "n_calls": inputs.len(),
-        // Every so many of them are in the file.
+        // One in `step` of them is in the file.
         "step": step_of(inputs.len()),
         "input_fields": described(&of_input),
         "output_fields": described(&of_output),
@@ -73,13 +73,13 @@ pub(super) fn write_map<I: NoUninit, O: NoUninit>(
     LAST.set(Some(file));
 }
 
-/// Adds what a test expects of the last call's outputs.
+/// Adds the expected outputs of the last call.
 pub(super) fn write_expected(what: &str, expected: &[Vec<f64>], tolerance: Tolerance) {
     let Some(file) = LAST.with_borrow(Clone::clone) else { return };
     let text = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let mut value: Value = serde_json::from_str(&text).expect("written by the last call");
     if value["n_calls"] != expected.len() {
-        return; // of something else
+        return; // it belongs to another call
     }
     let written = expected.iter().step_by(step_of(expected.len()));
     let expected: Vec<Vec<Value>> =
@@ -107,7 +107,7 @@ fn write(file: &std::path::Path, value: &Value) {
         .unwrap_or_else(|error| panic!("LUCERNA_GOLDEN: {}: {error}", file.display()));
 }
 
-/// A number of 32 bits within a struct.
+/// A 32-bit number within a struct.
 struct Field {
     name: String,
     kind: ScalarKind,
@@ -148,7 +148,7 @@ fn elements<T: NoUninit>(elements: &[T], fields: &[Field]) -> Value {
     elements.iter().step_by(step_of(elements.len())).map(one).collect()
 }
 
-/// JSON has no NaN and no infinity: they are strings.
+/// JSON has no NaN and no infinity: these become strings.
 fn in_json(number: f64) -> Value {
     if number.is_finite() { json!(number) } else { json!(number.to_string()) }
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tests of WGSL by numbers: what lucerna tests its own modules with (feature `testing`).
+//! Numerical tests of WGSL, with which lucerna tests its own modules (feature `testing`).
 //!
-//! A test calls a WGSL function for many inputs on the GPU ([`map`]) and compares each output with an oracle that is written
-//! independently, in f64 ([`assert_near`]). Outputs are poisoned first, so that what is not written does not pass by chance.
-//! Samplers are tested by chi-square ([`assert_chi_square`]).
+//! A test calls a WGSL function for many inputs on the GPU ([`map`]) and compares each output with an oracle that is
+//! written independently, in f64 ([`assert_near`]). Outputs are filled with a poison value first, so that an output
+//! that is not written cannot pass by chance. Samplers are tested by chi-square ([`assert_chi_square`]).
 //!
 //! ```
 //! use lucerna::testing::{Random, Tolerance, assert_near, map};
@@ -24,18 +24,19 @@
 //! });
 //! ```
 //!
-//! A module of one's own is given to [`map`] as text, together with the function `map` that calls it; lucerna's modules are
-//! imported by their paths (`#import lucerna::sh::basis::sh2`). Modules of one's own that import each other go into a
+//! Pass the text of your own module to [`map`], together with the function `map` that calls it; import lucerna's
+//! modules by their paths (`#import lucerna::sh::basis::sh2`). Put your own modules that import each other into a
 //! [`Library`], for [`Harness::with_library`].
 //!
-//! The device is the best adapter of the machine; without one, tests fail. Software drivers such as Mesa's lavapipe serve
-//! as well. Some backend of wgpu must be built in.
+//! The device is the best adapter of the machine; without one, tests fail. Software drivers such as Mesa's lavapipe
+//! work as well. At least one backend of wgpu must be enabled.
 //!
 //! # Golden vectors
 //!
-//! Where the environment variable `LUCERNA_GOLDEN` names a folder, each call of [`map`] leaves a JSON file there: the WGSL,
-//! its inputs and outputs as words and as numbers (of many, some at equal distances), and, where [`assert_near`] follows, what was expected and how near. So
-//! modules can be tested in another language against what lucerna's tests give.
+//! If the environment variable `LUCERNA_GOLDEN` names a folder, each call of [`map`] writes a JSON file there. It has
+//! the WGSL, its inputs and outputs as words and as numbers (if there are many, only every n-th), and, if
+//! [`assert_near`] follows, the expected numbers and the tolerance. With these files, ports to another language can be
+//! tested against lucerna's own tests.
 
 mod golden;
 mod near;
@@ -52,10 +53,10 @@ pub use near::{Scalars, Tolerance, assert_near};
 pub use random::Random;
 pub use statistics::{Chart, assert_chi_square, chi_square_limit, square_bins};
 
-/// What outputs hold before a run: no kernel writes it by chance.
+/// What outputs hold before a run: a value that no kernel writes by chance.
 const POISON: u32 = 0xdead_beef;
 
-/// The test process's device. A test that gets none fails: there is no skipping.
+/// The test process's device. A test that gets none fails; it is not skipped.
 ///
 /// # Panics
 /// If there is no adapter.
@@ -75,11 +76,11 @@ pub fn gpu() -> &'static Gpu {
     })
 }
 
-/// The device if it has ray queries. Without them a test says so loudly and returns, unless
-/// `LUCERNA_REQUIRE_RAY_QUERY=1`: then it fails. Names of such tests contain `ray_query`.
+/// The device, if it has ray queries. Without them a test prints a conspicuous message and returns, or fails if
+/// `LUCERNA_REQUIRE_RAY_QUERY=1`. Names of such tests contain `ray_query`.
 ///
 /// # Panics
-/// If there is no adapter, or ray queries are required and not there.
+/// If there is no adapter, or ray queries are required but missing.
 pub fn ray_query_gpu() -> Option<&'static Gpu> {
     let gpu = gpu();
     if gpu.has_ray_query() {
@@ -99,9 +100,9 @@ fn is_set(variable: &str) -> bool {
 
 /// Calls the WGSL function `map` once for each input, on [`gpu`], with lucerna's modules to import.
 ///
-/// `wgsl` holds imports, the structs `Input` and `Output` (or aliases of them), and
-/// `fn map(input: Input) -> Output`; `I` and `O` have the same layouts in storage buffers (mind
-/// that vec3 is aligned to 16 bytes). The outputs are poisoned first, and no output may stay so.
+/// `wgsl` holds imports, the structs `Input` and `Output` (or aliases of them), and `fn map(input: Input) -> Output`;
+/// `I` and `O` must have the same layouts as these in storage buffers (note that vec3 is aligned to 16 bytes). The
+/// outputs are filled with a poison value first, and every output must be written.
 ///
 /// # Panics
 /// If the WGSL does not compose, there is no adapter, or an output is not written.
@@ -109,7 +110,7 @@ pub fn map<I: NoUninit, O: AnyBitPattern + NoUninit>(wgsl: &str, inputs: &[I]) -
     map_with(wgsl, inputs, &[])
 }
 
-/// As [`map`], for WGSL that declares resources of its own in group 0, from binding 2 on.
+/// As [`map`], for WGSL that declares its own resources in group 0, from binding 2 on.
 ///
 /// # Panics
 /// As [`map`].
@@ -129,12 +130,12 @@ pub struct Harness {
 }
 
 impl Harness {
-    /// On a device of one's own, with lucerna's modules.
+    /// On your own device, with lucerna's modules.
     pub fn new(gpu: Gpu) -> Self {
         Self { gpu, library: crate::library() }
     }
 
-    /// With other modules: [`crate::library`] and some of one's own, or one's own alone.
+    /// With other modules: [`crate::library`] and your own, or only your own.
     pub fn with_library(mut self, library: Library) -> Self {
         self.library = library;
         self
@@ -229,7 +230,7 @@ fn harness_main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
 /// Composes test WGSL with lucerna's modules, for [`gpu`].
 ///
 /// # Panics
-/// If it does not compose: the message has the first problem.
+/// If it does not compose. The message has the first problem.
 pub fn compose(text: &str) -> wgpu::ShaderModule {
     compiled(gpu(), &composed(&crate::library(), text))
 }
@@ -243,7 +244,7 @@ fn composed(library: &Library, text: &str) -> Composed {
     library.compose(&source, Target::default()).unwrap_or_else(|problems| panic!("{}", problems[0]))
 }
 
-/// As text, so that the driver gets what a host without naga's IR would give it.
+/// As text, so that the driver gets what a host without naga's IR would pass.
 fn wgsl_of(composed: &Composed) -> String {
     let flags = naga::back::wgsl::WriterFlags::empty();
     naga::back::wgsl::write_string(&composed.module, &composed.info, flags)
@@ -257,7 +258,7 @@ fn compiled(gpu: &Gpu, composed: &Composed) -> wgpu::ShaderModule {
     })
 }
 
-/// A storage buffer of [`gpu`] with these bytes (at least 16, for bindings are never empty).
+/// A storage buffer of [`gpu`] with these bytes (padded to at least 16, because bindings must not be empty).
 pub fn storage(bytes: &[u8]) -> wgpu::Buffer {
     storage_of(gpu(), bytes)
 }

@@ -1,38 +1,38 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Outputs against an oracle.
+//! Compares outputs with an oracle.
 
 use super::golden;
 use std::fmt::Debug;
 
-/// Failures that a message shows.
+/// Number of failures that a message shows.
 const SHOWN: usize = 5;
 
 /// How far a number may be from what is expected: the sum of three parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// As it is.
+    /// An absolute error.
     pub absolute: f64,
-    /// Times the expected value's size.
+    /// An error relative to the expected value's magnitude.
     pub relative: f64,
-    /// Times the distance of f32 neighbours around the expected value.
+    /// An error in units of the distance between neighbouring f32 around the expected value.
     pub ulps: f64,
 }
 
 impl Tolerance {
-    /// None at all.
+    /// No tolerance.
     pub const EXACT: Self = Self { absolute: 0.0, relative: 0.0, ulps: 0.0 };
 
-    /// Of a fixed size.
+    /// An absolute tolerance.
     pub const fn absolute(absolute: f64) -> Self {
         Self { absolute, ..Self::EXACT }
     }
 
-    /// Of a share of the expected value.
+    /// A tolerance relative to the expected value.
     pub const fn relative(relative: f64) -> Self {
         Self { relative, ..Self::EXACT }
     }
 
-    /// Of units in the last place of f32.
+    /// A tolerance in units in the last place of f32.
     pub const fn ulps(ulps: f64) -> Self {
         Self { ulps, ..Self::EXACT }
     }
@@ -42,7 +42,7 @@ impl Tolerance {
         self.absolute + self.relative * expected.abs() + self.ulps * ulp(expected)
     }
 
-    /// An error in units of the tolerance: at most 1 passes. NaN is expected or wrong, infinities too.
+    /// An error in units of the tolerance: at most 1 passes. NaN and infinities must be expected exactly.
     fn error(self, actual: f64, expected: f64) -> f64 {
         if actual == expected || actual.is_nan() && expected.is_nan() {
             return 0.0;
@@ -58,7 +58,7 @@ fn ulp(value: f64) -> f64 {
     (exponent - 23.0).exp2()
 }
 
-/// What is compared number by number.
+/// A value that is compared number by number.
 pub trait Scalars {
     /// Its numbers in order.
     fn scalars(&self) -> Vec<f64>;
@@ -94,14 +94,14 @@ macro_rules! scalars_of_vectors {
 
 scalars_of_vectors!(glam::Vec2, glam::Vec3, glam::Vec4, glam::DVec2, glam::DVec3, glam::DVec4);
 
-/// Compares each output with what `oracle` says of its input, number by number. The oracle may give fewer numbers than an
-/// output has: the rest is padding.
+/// Compares each output with what `oracle` returns for its input, number by number. The oracle may return fewer numbers
+/// than an output has; the rest is padding.
 ///
 /// Returns the largest error in units of the tolerance, at most 1.
 ///
 /// # Panics
-/// If a number is further off, or there are not as many outputs as inputs. The message counts such outputs and shows the
-/// first ones with their inputs.
+/// If a number is off by more than the tolerance, or the numbers of outputs and inputs differ. The message counts the
+/// wrong outputs and shows the first ones with their inputs.
 pub fn assert_near<I: Debug, O: Scalars + Debug, E: Scalars>(
     what: &str,
     inputs: &[I],
@@ -109,7 +109,7 @@ pub fn assert_near<I: Debug, O: Scalars + Debug, E: Scalars>(
     tolerance: Tolerance,
     oracle: impl Fn(&I) -> E,
 ) -> f64 {
-    assert_eq!(inputs.len(), outputs.len(), "{what}: as many outputs as inputs");
+    assert_eq!(inputs.len(), outputs.len(), "{what}: the numbers of inputs and outputs differ");
     let expected: Vec<_> = inputs.iter().map(|input| oracle(input).scalars()).collect();
     golden::write_expected(what, &expected, tolerance);
     let mut worst = 0.0f64;
@@ -117,7 +117,10 @@ pub fn assert_near<I: Debug, O: Scalars + Debug, E: Scalars>(
     let mut shown = String::new();
     for ((input, output), expected) in inputs.iter().zip(outputs).zip(&expected) {
         let actual = output.scalars();
-        assert!(expected.len() <= actual.len(), "{what}: more is expected than an output holds");
+        assert!(
+            expected.len() <= actual.len(),
+            "{what}: the oracle returns more numbers than an output has"
+        );
         let errors = actual.iter().zip(expected).map(|(&a, &e)| tolerance.error(a, e));
         let error = errors.fold(0.0, f64::max);
         worst = worst.max(error);

@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 /// Standard normal quantile of 1 − 10⁻⁶.
 const Z: f64 = 4.753_424_308_822_899;
 
-/// Bins expected to hold fewer are pooled: below, counts are not nearly normal.
+/// Bins that expect fewer samples are pooled, because their counts are far from normally distributed.
 const MIN_EXPECTED: f64 = 10.0;
 
 /// The value that chi-square of `dof` degrees of freedom exceeds with probability 10⁻⁶
@@ -18,13 +18,13 @@ pub fn chi_square_limit(dof: usize) -> f64 {
     k * (1.0 - v + Z * v.sqrt()).powi(3)
 }
 
-/// Fails where counts differ from expected ones by more than chance does once in a million tests: Pearson's chi-square over
-/// the bins. Bins that expect fewer than 10 are counted as one; at least 4 must be left.
+/// Fails if counts differ from expected ones by more than chance does once in a million tests, by Pearson's chi-square
+/// over the bins. Bins that expect fewer than 10 samples are merged into one; at least 4 bins must remain.
 ///
 /// Returns the statistic in units of its limit.
 ///
 /// # Panics
-/// If the counts differ by more, a count stands where none can be, or the sums of both differ by a thousandth.
+/// If the counts differ by more, a bin that expects no samples has some, or the sums of both differ by a thousandth.
 pub fn assert_chi_square(what: &str, observed: &[u64], expected: &[f64]) -> f64 {
     assert_eq!(observed.len(), expected.len());
     let n: u64 = observed.iter().sum();
@@ -36,7 +36,7 @@ pub fn assert_chi_square(what: &str, observed: &[u64], expected: &[f64]) -> f64 
     let (mut statistic, mut n_bins) = (0.0, 0);
     let mut pool = (0u64, 0.0);
     for (ix, (&o, &e)) in observed.iter().zip(expected).enumerate() {
-        assert!(e > 0.0 || o == 0, "{what}: {o} samples in bin {ix}, where none can be");
+        assert!(e > 0.0 || o == 0, "{what}: {o} samples in bin {ix}, which expects none");
         if e < MIN_EXPECTED {
             pool = (pool.0 + o, pool.1 + e);
         } else {
@@ -57,7 +57,7 @@ pub fn assert_chi_square(what: &str, observed: &[u64], expected: &[f64]) -> f64 
 /// Counts of points in `n[0]` × `n[1]` bins over [0, 1)², the first coordinate fastest.
 ///
 /// # Panics
-/// If a point lies outside.
+/// If a point is outside.
 pub fn square_bins(points: impl IntoIterator<Item = [f64; 2]>, n: [usize; 2]) -> Vec<u64> {
     let mut counts = vec![0; n[0] * n[1]];
     for [x, y] in points {
@@ -83,7 +83,7 @@ impl Chart {
         Self::about(DVec3::Z, 1.0, n)
     }
 
-    /// About an axis. `power` ≥ 1: of bins' sizes near the axis.
+    /// About an axis. `power` ≥ 1: a larger one makes the bins near the axis smaller.
     pub fn about(axis: DVec3, power: f64, n: [usize; 2]) -> Self {
         let axis = axis.normalize();
         let x = axis.any_orthonormal_vector();

@@ -183,7 +183,7 @@ fn own_technique_takes_part() {
     let names: Vec<_> = technique.settings().iter().map(|(setting, _)| setting.name).collect();
     assert_eq!(names, ["radiance", "distance", "rays"]);
     let error = own_technique::AmbientSettings::default().set_by_name("rays", "0").unwrap_err();
-    assert_eq!(error.to_string(), "rays is 0; possible is 1 to 64");
+    assert_eq!(error.to_string(), "rays is 0; possible values: 1 to 64");
     let wrong = own_technique::AmbientSettings { n_rays: 65, ..Default::default() };
     assert!(own_technique::Ambient::new(gpu(), &scene, wrong).is_err());
 }

@@ -292,9 +292,9 @@ fn techniques_are_made_by_name() {
         entry.make(gpu(), &scene, given, &rays, eye).err().unwrap().to_string()
     };
     let error = make("voxel-rt", &[("voxels", "0")]);
-    assert_eq!(error, "voxels is 0; possible is 1 to 256");
+    assert_eq!(error, "voxels is 0; possible values: 1 to 256");
     let error = make("voxel-cone", &[("specular", "shiny")]);
-    assert_eq!(error, "specular is shiny; possible is 0.1 to 119, or roughness, off");
+    assert_eq!(error, "specular is shiny; possible values: 0.1 to 119, or roughness, off");
 }
 
 /// What a technique counts can be read, and every debug view it lists can be drawn.

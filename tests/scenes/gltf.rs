@@ -496,7 +496,7 @@ fn what_is_not_understood_is_named() {
         [
             "extensionsUsed: KHR_materials_clearcoat ignored",
             "meshes[0].primitives[0] at nodes[0]: its skin cannot be used \
-             (lacks JOINTS_0 or WEIGHTS_0); the mesh stands without it, and without the node's \
+             (lacks JOINTS_0 or WEIGHTS_0); the mesh is read without it, and without the node's \
              transform"
         ]
     );

@@ -192,7 +192,7 @@ fn line_ends_may_be_mixed() {
     let loaded = load_obj(text);
     assert_eq!(loaded.scene.n_triangles(), 2);
     // Counted as an editor counts them: CR LF ends one line, LF CR two.
-    let problem = "line 11: face with a vertex index out of range, skipped (1 in all)";
+    let problem = "line 11: face with a vertex index out of range, skipped (1 in total)";
     assert_eq!(shown(&loaded), [problem]);
 }
 
@@ -206,10 +206,10 @@ fn unknown_keywords_are_named_once() {
     assert_eq!(
         shown(&loaded),
         [
-            "line 9: `F` (unknown keyword), 1 in all, ignored",
-            "line 8: `foo` (unknown keyword), 2 in all, ignored",
-            "line 12: `call` (not supported), 1 in all, ignored",
-            "line 11: `usemap` (not supported), 1 in all, ignored",
+            "line 9: `F` (unknown keyword), 1 in total, ignored",
+            "line 8: `foo` (unknown keyword), 2 in total, ignored",
+            "line 12: `call` (not supported), 1 in total, ignored",
+            "line 11: `usemap` (not supported), 1 in total, ignored",
         ]
     );
     let many: String = (0..500).map(|i| format!("k{i} 1\n")).collect();
@@ -232,10 +232,10 @@ fn keywords_of_libraries() {
     assert_eq!(
         shown(&loaded),
         [
-            "mtllib sub/l.mtl, line 6: `shine` (unknown keyword), 1 in all, ignored",
-            "mtllib sub/l.mtl, line 2: `Tf` (not supported), 1 in all, ignored",
-            "mtllib sub/l.mtl, line 3: `map_Pr` (not supported), 2 in all, ignored",
-            "mtllib sub/l.mtl, line 5: `refl` (not supported), 1 in all, ignored",
+            "mtllib sub/l.mtl, line 6: `shine` (unknown keyword), 1 in total, ignored",
+            "mtllib sub/l.mtl, line 2: `Tf` (not supported), 1 in total, ignored",
+            "mtllib sub/l.mtl, line 3: `map_Pr` (not supported), 2 in total, ignored",
+            "mtllib sub/l.mtl, line 5: `refl` (not supported), 1 in total, ignored",
         ]
     );
     // In another case, and with decimal commas.
@@ -283,7 +283,8 @@ fn a_library_in_a_folder_of_another_case() {
     assert_eq!(loaded.scene.images[0].rgba, [[10, 20, 30, 255]]);
     if cfg!(target_os = "linux") {
         // One for the library; its texture is named as it is called.
-        let named = "mtllib SUB\\L.mtl: named `SUB\\L.mtl`, but the file is called `sub/l.mtl`, which is read";
+        let named =
+            "mtllib SUB\\L.mtl: named `SUB\\L.mtl`, but the file is called `sub/l.mtl`; it is read";
         assert_eq!(shown(&loaded), [named]);
     }
 }

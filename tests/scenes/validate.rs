@@ -76,15 +76,15 @@ const CASES: &[Case] = &[
     ("tangent not of unit length, or its sign not ±1", |s| s.meshes[0].tangents[0].w = 0.0),
     ("as many texture coordinates as positions", |s| s.meshes[0].uv1 = vec![Vec2::ZERO]),
     ("texture coordinate not finite", |s| s.meshes[0].uv0[2].x = f32::INFINITY),
-    ("lacks texture coordinates that its material reads", |s| s.meshes[0].uv0.clear()),
+    ("does not have the texture coordinates that its material reads", |s| s.meshes[0].uv0.clear()),
     ("as many colours as positions", |s| s.meshes[0].colors.truncate(1)),
     ("colour negative or not finite", |s| s.meshes[0].colors[0].x = -0.5),
     ("instances[0]: mesh out of range", |s| s.instances[0].mesh = 1),
     ("transform not finite", |s| s.instances[0].world_from_object.translation.x = f32::NAN),
-    ("transform leaves no areas", |s| {
+    ("transform keeps no areas", |s| {
         s.instances[0].world_from_object = Affine3A::from_scale(Vec3::new(1., 0., 0.));
     }),
-    ("transform leaves no areas", |s| {
+    ("transform keeps no areas", |s| {
         s.instances[0].world_from_object = Affine3A::from_scale(Vec3::ZERO);
     }),
     ("instances[0]: reaches beyond 1e9 m", |s| {

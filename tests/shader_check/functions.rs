@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `docs/functions.md`: every function of every module, what it does, where it is from, and how many files it takes to lift it.
 //!
-//! The table is made of the modules' own comments. `LUCERNA_BLESS=1` writes it anew.
+//! The table is generated from the modules' comments. `LUCERNA_BLESS=1` writes it again.
 
 use crate::own_tree::root;
 use std::collections::{BTreeMap, BTreeSet};
@@ -215,10 +215,11 @@ fn table() -> String {
     }
     let mut out = String::from(
         "# Functions\n\n\
-         Every function of every module under `wgsl/`, by folder; kernels apart, which have none of their own to lift. *Files*: how many it \
-         takes to lift the function, its own and all that it imports. *Tests*: where its numbers are checked, by files under `tests/`. \n\n\
-         The table is made of the modules' comments: `LUCERNA_BLESS=1 cargo test --test shader_check functions` writes it, and a \
-         test fails where it is not current.\n",
+         Every function of every module under `wgsl/`, by folder. Kernels are left out, because they have no functions to reuse. \
+         *Files*: how many files you need to lift the function, its own and all that it imports. *Tests*: where its numbers are \
+         checked, by files under `tests/`.\n\n\
+         The table is generated from the modules' comments: `LUCERNA_BLESS=1 cargo test --test shader_check functions` writes it, \
+         and a test fails if it is out of date.\n",
     );
     for (folder, rows) in folders {
         write!(out, "\n## {folder}\n\n").unwrap();

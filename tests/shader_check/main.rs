@@ -134,7 +134,7 @@ fn overlays_that_no_variant_takes_are_refused() {
     assert_one(
         &root,
         AXES,
-        (Rule::UnknownVariant, file, 1, 1, "there is rays/ray_query, textures/none"),
+        (Rule::UnknownVariant, file, 1, 1, "there are rays/ray_query, textures/none"),
     );
     let repaired = copy_of("overlay_of_no_variant", "repaired");
     let axis = repaired.join("variants/rays");
@@ -146,7 +146,7 @@ fn overlays_that_no_variant_takes_are_refused() {
     assert_one(
         &root,
         AXES,
-        (Rule::UnknownVariant, file, 1, 1, "there is rays/ray_query, textures/none"),
+        (Rule::UnknownVariant, file, 1, 1, "there are rays/ray_query, textures/none"),
     );
     let repaired = copy_of("overlay_in_no_folder", "repaired");
     fs::remove_file(repaired.join(file)).unwrap();
@@ -157,7 +157,7 @@ fn overlays_that_no_variant_takes_are_refused() {
 fn overlays_must_replace_one_module_once() {
     let root = fixtures("broken_wgsl/overlay_of_nothing");
     let file = "variants/rays/ray_query/scene/rayz.wgsl";
-    let message = "replaces `lucerna::scene::rayz`, which is not there";
+    let message = "replaces `lucerna::scene::rayz`, which does not exist";
     assert_one(&root, AXES, (Rule::UnknownVariant, file, 1, 1, message));
     let root = fixtures("broken_wgsl/overlay_on_two_axes");
     let file = "variants/textures/none/scene/rays.wgsl";
@@ -171,7 +171,7 @@ fn overlays_must_replace_one_module_once() {
 fn names_that_are_no_identifiers_are_refused() {
     let root = fixtures("broken_wgsl/name_no_identifier");
     let file = "kernels/two-words.wgsl";
-    assert_one(&root, AXES, (Rule::ImportPath, file, 1, 1, "`two-words` is no identifier"));
+    assert_one(&root, AXES, (Rule::ImportPath, file, 1, 1, "`two-words` is not an identifier"));
     let repaired = copy_of("name_no_identifier", "repaired").join("kernels");
     fs::rename(repaired.join("two-words.wgsl"), repaired.join("two_words.wgsl")).unwrap();
     check_tree(repaired.parent().unwrap(), AXES).unwrap();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How much of the light that arrives alike from everywhere a surface reflects to the viewer.
+//! How much of uniform light from all directions a surface reflects to the viewer.
 //!
-//! Directional albedo ρ(wo) = ∫ f(wo, wi) cos(wi) dwi of lucerna::bsdf::metallic_roughness: reflected
-//! radiance = ρ(wo)·E/π where the incoming radiance is constant over the hemisphere. Techniques that
-//! know the irradiance alone take this for all of the reflection.
+//! Directional albedo ρ(wo) = ∫ f(wo, wi) cos(wi) dwi of lucerna::bsdf::metallic_roughness: reflected radiance =
+//! ρ(wo)·E/π if the incoming radiance is constant over the hemisphere. Techniques that know only the irradiance use
+//! this for the whole reflection.
 //!
 //! Diffuse term: exact, (1 − F(cos))·(1 − f₀)·20/21·c. Specular term: f₀·a + b, see `bsdf::split_sum`.
 #define_import_path lucerna::bsdf::directional_albedo
@@ -12,7 +12,8 @@
 #import lucerna::bsdf::split_sum::specular_albedo_terms
 #import lucerna::bsdf::metallic_roughness::{MetallicRoughness, MEAN_TRANSMITTANCE, diffuse_color, normal_reflectance}
 
-/// What the diffuse term reflects of even light, for a viewer at this cosine to the normal; each component in [0, 1].
+/// Share of uniform light that the diffuse term reflects, for a viewer at this cosine to the normal; each component in
+/// [0, 1].
 fn diffuse_albedo(m: MetallicRoughness, cosine: f32) -> vec3<f32> {
     let f_zero = normal_reflectance(m);
     let cos_o = clamp(cosine, 0.0, 1.0);
@@ -26,14 +27,15 @@ fn directional_albedo(m: MetallicRoughness, cosine: f32) -> vec3<f32> {
     return clamp(diffuse_albedo(m, cosine) + specular, vec3<f32>(0.0), vec3<f32>(1.0));
 }
 
-/// What the specular term reflects of even light, for a viewer at this cosine to the normal: ρ less the diffuse term's; each component
-/// in [0, 1].
+/// Share of uniform light that the specular term reflects, for a viewer at this cosine to the normal: ρ minus the
+/// diffuse term's; each component in [0, 1].
 fn specular_albedo(m: MetallicRoughness, cosine: f32) -> vec3<f32> {
     return max(directional_albedo(m, cosine) - diffuse_albedo(m, cosine), vec3<f32>(0.0));
 }
 
-/// The share of even light from the hemisphere that leaves into all of it: ρ̄ = 2·∫ρ(μ)·μ dμ over the viewer's cosine μ in [0, 1], by
-/// Gauss and Jacobi's three nodes for the weight μ. What surfaces reflect that are seen from everywhere, voxels' faces.
+/// The share of uniform light from the hemisphere that is reflected into all of it: ρ̄ = 2·∫ρ(μ)·μ dμ over the viewer's
+/// cosine μ in [0, 1], by Gauss and Jacobi's three nodes for the weight μ. For surfaces that are seen from all
+/// directions, such as voxels' faces.
 fn hemispherical_albedo(m: MetallicRoughness) -> vec3<f32> {
     return 0.1396538 * directional_albedo(m, 0.2123405)
         + 0.4584822 * directional_albedo(m, 0.5905331)

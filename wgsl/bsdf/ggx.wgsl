@@ -12,7 +12,7 @@
 
 #import lucerna::math::constants::{INV_PI, TWO_PI}
 
-/// Below it the visibility's divisor is held, so that it stays finite at exactly grazing angles.
+/// Lower bound of the visibility's divisor, so that it stays finite at exactly grazing angles.
 const MIN_VISIBILITY_DIVISOR: f32 = 1e-20;
 
 /// D(h) [sr⁻¹]: ∫ D(h) h.z dh = 1 over the hemisphere.
@@ -39,8 +39,8 @@ fn ggx_visibility(cos_o: f32, cos_i: f32, alpha: f32) -> f32 {
 /// A microfacet normal h, distributed as those visible from `wo`:
 /// G₁(wo)·max(0, wo·h)·D(h)/wo.z [sr⁻¹]. `u` is uniform in [0, 1)².
 fn sample_ggx_visible_normal(wo: vec3<f32>, alpha: f32, u: vec2<f32>) -> vec3<f32> {
-    // Stretched by α the distribution is a hemisphere, and the reflections of `from` off it fill a
-    // spherical cap uniformly.
+    // Stretched by α, the distribution is a hemisphere, and the reflections of `from` off it fill a spherical cap
+    // uniformly.
     let stretched = normalize(vec3<f32>(wo.xy * alpha, wo.z));
     let z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
     let radius = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
@@ -57,9 +57,9 @@ fn pdf_ggx_reflection(cos_o: f32, h: vec3<f32>, alpha: f32) -> f32 {
     return ggx_distribution(h, alpha) / (2.0 * (cos_o + smith_root(cos_o, alpha)));
 }
 
-/// tan of half the aperture of the cone that stands for a GGX lobe of width α (perceptual roughness
-/// squared): half of the microfacets lean less than atan α (F(θ) = tan²θ/(α² + tan²θ); B. Walter et al., "Microfacet
-/// Models for Refraction", 2007, eq. 35), and a mirrored direction turns twice as far. At most 60°.
+/// tan of half the aperture of the cone that approximates a GGX lobe of width α (perceptual roughness squared): half of
+/// the microfacets are tilted by less than atan α (F(θ) = tan²θ/(α² + tan²θ); B. Walter et al., "Microfacet Models for
+/// Refraction", 2007, eq. 35), and a mirrored direction turns twice as far. At most 60°.
 fn spread_of_ggx(alpha: f32) -> f32 {
     return tan(min(2.0 * atan(alpha), 1.0471976));
 }

@@ -14,12 +14,12 @@ fn evaluate_lambert(albedo: vec3<f32>) -> vec3<f32> {
     return albedo * INV_PI;
 }
 
-/// Density with which [`sample_lambert`] draws a direction of that cosine [sr⁻¹]; 0 below the plane.
+/// Density with which [`sample_lambert`] samples a direction of this cosine [sr⁻¹]; 0 below the plane.
 fn pdf_lambert(cosine: f32) -> f32 {
     return pdf_cosine_hemisphere(cosine);
 }
 
-/// Draws a direction by its cosine; the weight is the albedo. `u`: uniform in [0, 1)².
+/// Samples a direction in proportion to its cosine; the weight is the albedo. `u`: uniform in [0, 1)².
 fn sample_lambert(albedo: vec3<f32>, u: vec2<f32>) -> BsdfSample {
     let direction = sample_cosine_hemisphere(u);
     return BsdfSample(direction, albedo, pdf_cosine_hemisphere(direction.z));

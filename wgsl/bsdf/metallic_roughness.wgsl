@@ -8,20 +8,19 @@
 //! F(x) = f₀ + (1 − f₀)(1 − x)⁵,
 //! f = (1 − F(n·wo))·(1 − F(n·wi))·c_diff/π + F(wo·h)·D·V with D and V of [`ggx`].
 //!
-//! This is *not* the sample implementation of appendix B.3 (informative), which weights the diffuse
-//! term by 1 − F(wo·h) once, and so differs wherever a surface is not all metal. There, a smooth
-//! dielectric at grazing incidence reflects nearly all light specularly and most of it once more:
-//! 1.85 times what arrives at 89°. B.3.6.3 names that flaw, and the factors used here: what the surface
-//! reflects on the way in or on the way out, the diffuse term does not get. B.2 leaves the choice
-//! to implementations, and asks of exact ones reciprocity and conservation of energy. (M. Ashikhmin,
-//! P. Shirley, "An Anisotropic Phong BRDF Model", 2000, couple the terms alike, with a flatter curve
-//! than Schlick's, and normalise. Here that would be too much: divided by the mean of wi's factor, a
-//! white dielectric of roughness 0.3 reflects 1.0013 at 54°.)
+//! This is *not* the sample implementation of appendix B.3 (informative), which weights the diffuse term by 1 − F(wo·h)
+//! once, and so differs for every surface that is not purely metallic. There, a smooth dielectric at grazing incidence
+//! reflects nearly all light specularly and most of it once more: 1.85 times what arrives at 89°. B.3.6.3 names that
+//! flaw, and the factors used here: the diffuse term does not get what the surface reflects on the way in or on the way
+//! out. B.2 leaves the choice to implementations, and requires reciprocity and conservation of energy of exact ones.
+//! (M. Ashikhmin, P. Shirley, "An Anisotropic Phong BRDF Model", 2000, couple the terms in the same way, with a flatter
+//! curve than Schlick's, and normalise. Here that would be too much: divided by the mean of wi's factor, a white
+//! dielectric of roughness 0.3 reflects 1.0013 at 54°.)
 //!
-//! Reciprocal, and by quadrature never reflects more than arrives, whatever the parameters and
-//! directions. It loses light instead: what the surface would return inward is gone, so a white
-//! dielectric reflects 0.92 at normal incidence, and rough ones darken towards the horizon (0.72 at
-//! 75°, 0.38 at 85° for roughness 1). Microfacets reflect only once: rough metals darken, too.
+//! Reciprocal, and (checked by quadrature) never reflects more than arrives, for any parameters and directions. Instead
+//! it loses light: what the surface would reflect back inward is lost, so a white dielectric reflects 0.92 at normal
+//! incidence, and rough ones darken towards the horizon (0.72 at 75°, 0.38 at 85° for roughness 1). Microfacets reflect
+//! only once, so rough metals darken, too.
 //!
 //! Local frame: z is the shading normal; the caller flips it to wo's side. `wo`, `wi`: unit length,
 //! away from the surface. Measure: solid angle.
@@ -41,11 +40,11 @@ const DIELECTRIC_REFLECTANCE: f32 = 0.04;
 const MIN_ALPHA: f32 = 1e-3;
 /// Mean of 1 − F over the hemisphere, by the cosine, for f₀ = 0: 1 − 2∫(1 − x)⁵·x dx.
 const MEAN_TRANSMITTANCE: f32 = 20.0 / 21.0;
-/// Where both lobes are there, each is drawn at least this often: f·cos/pdf stays below 10 where
-/// the estimate of their shares is off.
+/// If both lobes exist, each is sampled at least this often: f·cos/pdf stays below 10 where the estimate of their
+/// shares is wrong.
 const MIN_LOBE_PROBABILITY: f32 = 0.1;
 
-/// What the reflection depends on. From [`metallic_roughness`].
+/// Parameters of the reflection, from [`metallic_roughness`].
 struct MetallicRoughness {
     /// Linear, in [0, 1].
     base_color: vec3<f32>,
@@ -65,7 +64,7 @@ fn metallic_roughness(base_color: vec3<f32>, metallic: f32, roughness: f32) -> M
     );
 }
 
-/// Albedo of the diffuse term before Fresnel's shares are taken.
+/// Albedo of the diffuse term, before the Fresnel factors.
 fn diffuse_color(m: MetallicRoughness) -> vec3<f32> {
     return m.base_color * (1.0 - m.metallic);
 }
@@ -75,7 +74,7 @@ fn normal_reflectance(m: MetallicRoughness) -> vec3<f32> {
     return mix(vec3<f32>(DIELECTRIC_REFLECTANCE), m.base_color, m.metallic);
 }
 
-/// Unit vector halfway between two unit directions; the normal, +z, where they cancel.
+/// Unit vector halfway between two unit directions; the normal, +z, if they cancel.
 fn half_vector(wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     // Directions that cancel are opposite and both grazing.
     return safe_normalize(wo + wi, vec3<f32>(0.0, 0.0, 1.0));
@@ -93,8 +92,8 @@ fn evaluate_metallic_roughness(m: MetallicRoughness, wo: vec3<f32>, wi: vec3<f32
     return transmitted * diffuse_color(m) * INV_PI + schlick_fresnel(f_zero, dot(wo, h)) * specular;
 }
 
-/// How often the specular lobe is drawn: its share of the two lobes' albedos. The specular one is
-/// estimated by the Fresnel factor of the macroscopic normal; the diffuse one is exact.
+/// Probability of sampling the specular lobe: its share of the two lobes' albedos. The specular albedo is estimated by
+/// the Fresnel factor of the macroscopic normal; the diffuse one is exact.
 fn specular_probability(m: MetallicRoughness, cos_o: f32) -> f32 {
     let f_zero = normal_reflectance(m);
     let fresnel = schlick_fresnel(f_zero, cos_o);
@@ -108,8 +107,8 @@ fn specular_probability(m: MetallicRoughness, cos_o: f32) -> f32 {
     return clamp(specular / (specular + diffuse), MIN_LOBE_PROBABILITY, 1.0 - MIN_LOBE_PROBABILITY);
 }
 
-/// Density with which [`sample_metallic_roughness`] draws `wi` [sr⁻¹]; 0 if either direction is not
-/// above the surface. Integrates to 1 less what falls below the surface.
+/// Density with which [`sample_metallic_roughness`] samples `wi` [sr⁻¹]; 0 if either direction is not above the
+/// surface. Integrates to 1 minus the part below the surface.
 fn pdf_metallic_roughness(m: MetallicRoughness, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
     if !(wo.z > 0.0 && wi.z > 0.0) {
         return 0.0;
@@ -118,7 +117,7 @@ fn pdf_metallic_roughness(m: MetallicRoughness, wo: vec3<f32>, wi: vec3<f32>) ->
     return mix(pdf_cosine_hemisphere(wi.z), specular, specular_probability(m, wo.z));
 }
 
-/// Draws a direction: from the cosine or from the visible normals, as `u.z` says.
+/// Samples a direction: from the cosine or from the visible normals, chosen by `u.z`.
 ///
 /// `u`: uniform in [0, 1)³. A pdf of 0 marks a mirrored direction that went below the surface, or a
 /// `wo` that is not above it: nothing is reflected.
@@ -141,10 +140,10 @@ fn sample_metallic_roughness(m: MetallicRoughness, wo: vec3<f32>, u: vec3<f32>) 
     return BsdfSample(wi, evaluate_metallic_roughness(m, wo, wi) * (wi.z / pdf), pdf);
 }
 
-/// Draws a direction of the specular lobe alone: `wo`, mirrored at a microfacet that it sees.
+/// Samples a direction of the specular lobe only: `wo`, mirrored at a microfacet that it sees.
 ///
-/// The weight is F·D·V·cos/pdf of that lobe, each component in [0, 1]; `u`: uniform in [0, 1)². A pdf of 0 marks a mirrored direction that
-/// went below the surface, or a `wo` that is not above it: the weight then means nothing.
+/// The weight is F·D·V·cos/pdf of that lobe, each component in [0, 1]; `u`: uniform in [0, 1)². A pdf of 0 marks a
+/// mirrored direction that went below the surface, or a `wo` that is not above it: the weight is meaningless then.
 fn sample_specular_lobe(m: MetallicRoughness, wo: vec3<f32>, u: vec2<f32>) -> BsdfSample {
     let h = sample_ggx_visible_normal(wo, m.alpha, u);
     let wi = reflect(-wo, h);

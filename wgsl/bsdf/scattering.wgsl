@@ -18,7 +18,7 @@ struct Scattering {
     to_viewer: vec3<f32>,
 }
 
-/// f [sr⁻¹], without the cosine. `to_light`: above the surface where Lambertian; else any.
+/// f [sr⁻¹], without the cosine. `to_light`: above the surface if it is Lambertian, otherwise any direction.
 fn evaluate_scattering(scattering: Scattering, to_light: vec3<f32>) -> vec3<f32> {
     if scattering.lambert {
         return evaluate_lambert(scattering.material.base_color);
@@ -26,7 +26,7 @@ fn evaluate_scattering(scattering: Scattering, to_light: vec3<f32>) -> vec3<f32>
     return evaluate_metallic_roughness(scattering.material, scattering.to_viewer, to_light);
 }
 
-/// Density with which [`scatter`] draws a direction [sr⁻¹].
+/// Density with which [`scatter`] samples a direction [sr⁻¹].
 fn scattering_pdf(scattering: Scattering, to_light: vec3<f32>) -> f32 {
     if scattering.lambert {
         return pdf_lambert(to_light.z);
@@ -34,7 +34,7 @@ fn scattering_pdf(scattering: Scattering, to_light: vec3<f32>) -> f32 {
     return pdf_metallic_roughness(scattering.material, scattering.to_viewer, to_light);
 }
 
-/// Draws a direction in the local frame. `u`: uniform in [0, 1)³.
+/// Samples a direction in the local frame. `u`: uniform in [0, 1)³.
 fn scatter(scattering: Scattering, u: vec3<f32>) -> BsdfSample {
     if scattering.lambert {
         return sample_lambert(scattering.material.base_color, u.xy);

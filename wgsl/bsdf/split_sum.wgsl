@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a GGX lobe reflects of light that arrives alike from everywhere, as scale and bias on the reflectance f₀ at normal incidence.
+//! How much of uniform light from all directions a GGX lobe reflects, as scale and bias on the reflectance f₀ at normal
+//! incidence.
 //!
-//! The split of B. Karis, "Real Shading in Unreal Engine 4", SIGGRAPH course 2013, for the height-correlated visibility of
-//! `bsdf::ggx`. (His polynomial fits for a and b belong to another shadowing term: of a rough metal at grazing incidence they give 0.7,
-//! and it reflects 0.38.)
+//! The split of B. Karis, "Real Shading in Unreal Engine 4", SIGGRAPH course 2013, for the height-correlated visibility
+//! of `bsdf::ggx`. (His polynomial fits for a and b belong to another shadowing term: for a rough metal at grazing
+//! incidence they give 0.7, but it reflects 0.38.)
 #define_import_path lucerna::bsdf::split_sum
 
-/// The fit holds from here on; smoother surfaces and lower viewers are read as this.
+/// The fit holds from here on; smaller values are clamped to this.
 const MIN_FIT_ROUGHNESS: f32 = 0.15;
 const MIN_FIT_COSINE: f32 = 0.05;
 

@@ -13,10 +13,11 @@ struct Camera {
     /// Unit length.
     forward: vec3<f32>,
     reserved_a: u32,
-    /// To the picture's right edge: half its width at distance 1, or half of what is seen [m].
+    /// To the picture's right edge: half its width at distance 1, or, for parallel rays, half its
+    /// width [m].
     right: vec3<f32>,
     reserved_b: u32,
-    /// To the picture's upper edge, likewise.
+    /// To the picture's upper edge, in the same way.
     up: vec3<f32>,
     reserved_c: u32,
 }

@@ -16,8 +16,8 @@ fn ev_from_luminance(luminance: f32) -> f32 {
     return log2(luminance * 8.0);
 }
 
-/// The factor that brings the sensor's saturation luminance at an EV100, 1.2 · 2^EV100 cd/m²
-/// (78 / (100 · q) times 2^EV100), to 1.
+/// The factor that scales the sensor's saturation luminance at an EV100, 1.2 · 2^EV100 cd/m² (78 /
+/// (100 · q) times 2^EV100), to 1.
 fn saturation_exposure(ev: f32) -> f32 {
     return exp2(-ev) / 1.2;
 }

@@ -17,7 +17,7 @@ const LAB_OFFSET: f32 = 0.137931034482759;
 
 /// L*a*b* (L*, a*, b*) of linear RGB; white (1, 1, 1) gives (100, 0, 0).
 ///
-/// Any finite RGB; above white L* goes on beyond 100, below black along its line. Errors below
+/// Any finite RGB; above white L* continues beyond 100, below black along its line. Errors below
 /// 2e-4 in L*, 1.5e-3 in a* and 6e-4 in b* over [0, 1]³.
 fn lab_from_linear(rgb: vec3<f32>) -> vec3<f32> {
     let f = lab_curve(xyz_from_linear(rgb) / WHITE_XYZ);

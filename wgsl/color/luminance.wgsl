@@ -6,7 +6,7 @@
 
 const LUMINANCE_WEIGHTS: vec3<f32> = vec3<f32>(0.2126, 0.7152, 0.0722);
 
-/// The luminance of linear RGB, in RGB's units; white (1, 1, 1) has 1. Any finite RGB.
+/// The luminance of linear RGB, in RGB's units; white (1, 1, 1) has luminance 1. Any finite RGB.
 fn luminance(rgb: vec3<f32>) -> f32 {
     return dot(rgb, LUMINANCE_WEIGHTS);
 }

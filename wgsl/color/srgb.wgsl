@@ -5,13 +5,13 @@
 //! differ by 3e-8, below what f32 resolves there.
 #define_import_path lucerna::color::srgb
 
-/// Below it, encoded values are linear in the light.
+/// Below this, encoded values are linear in the light.
 const SRGB_THRESHOLD: f32 = 0.04045;
 const LINEAR_THRESHOLD: f32 = 0.0031308;
 
 /// sRGB numbers from linear light, for each component.
 ///
-/// Meant for [0, 1]. Above 1 the curve goes on; below 0 its linear piece does. No clamp.
+/// Meant for [0, 1]. Above 1 the curve continues, below 0 its linear piece does; there is no clamp.
 /// Relative error below 6e-6.
 fn srgb_from_linear(linear: vec3<f32>) -> vec3<f32> {
     let low = linear * 12.92;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tone mapping.
 //!
-//! Khronos PBR Neutral Tone Mapper (Khronos Group 2024, specification and constants as
-//! published): leaves colours as they are up to a peak of 0.8, so that a base colour under a
-//! white light of 1 comes out as authored, then compresses and desaturates highlights.
+//! Khronos PBR Neutral Tone Mapper (Khronos Group 2024, specification and constants as published):
+//! leaves colours unchanged up to a peak of 0.8, so that a base colour under a white light of 1
+//! looks as authored, then compresses and desaturates highlights.
 #define_import_path lucerna::color::tonemap
 #import lucerna::math::vector::{max_component, min_component}
 
-/// Fresnel reflectance at normal incidence, taken off so that a surface with base colour b
-/// and 4 % of specular reflection comes out as b.
+/// Fresnel reflectance at normal incidence, subtracted so that a surface with base colour b and 4 %
+/// of specular reflection becomes b.
 const NEUTRAL_FRESNEL: f32 = 0.04;
 /// The peak at which compression starts: 0.8 − NEUTRAL_FRESNEL.
 const NEUTRAL_START: f32 = 0.76;

@@ -6,10 +6,10 @@
 #define_import_path lucerna::color::xyz
 #import lucerna::color::luminance::LUMINANCE_WEIGHTS
 
-/// D65 as the standard has it: XYZ of RGB (1, 1, 1).
+/// D65 as in the standard: XYZ of RGB (1, 1, 1).
 const WHITE_XYZ: vec3<f32> = vec3<f32>(0.9505, 1.0, 1.089);
 
-/// XYZ of linear RGB; any finite numbers, for the map is linear.
+/// XYZ of linear RGB; any finite numbers, because the map is linear.
 fn xyz_from_linear(rgb: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(
         dot(rgb, vec3<f32>(0.4124, 0.3576, 0.1805)),

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Cones that share the hemisphere between them: for irradiance, E = π·Σ weight·L.
+//! Sets of cones that divide the hemisphere between them: for irradiance, E = π·Σ weight·L.
 //!
-//! n cones of equal solid angle 2π/n. The first stands around the normal, the others in one ring (5, 6,
-//! 9 cones), or in rings of 5 and 10 (16 cones). A cone's part of the hemisphere is a zone between two cosines,
-//! divided evenly: its weight is ∫cosθ dω/π over that, and its elevation is where cosθ has its mean by that weight, so that light
+//! n cones of equal solid angle 2π/n. The first is around the normal, the others are in one ring (5, 6, 9 cones), or in
+//! rings of 5 and 10 (16 cones). A cone's part of the hemisphere is a zone between two cosines, divided evenly: its
+//! weight is ∫cosθ dω/π over this part, and its elevation is where cosθ equals its mean by that weight, so that light
 //! that changes linearly with cosθ is integrated exactly (by the rings; by the first cone up to 6 %).
 //!
 //! | cones | half aperture | weights | elevations from the normal |
@@ -20,7 +20,7 @@
 struct SetCone {
     /// Unit length.
     direction: vec3<f32>,
-    /// Share of a white surface's irradiance under even light; they sum to 1.
+    /// Share of a white surface's irradiance under uniform light; they sum to 1.
     weight: f32,
 }
 
@@ -35,7 +35,7 @@ struct SetPart {
     low: f32,
     high: f32,
     n_ring: u32,
-    /// Which sector; half ones stand between those of the ring within.
+    /// Which sector; half numbers are between those of the inner ring.
     place: f32,
 }
 
@@ -61,8 +61,8 @@ fn direction_at(cosine: f32, turns: f32) -> vec3<f32> {
     return vec3<f32>(sine * cos(TWO_PI * turns), sine * sin(TWO_PI * turns), cosine);
 }
 
-/// Cone `ix` of n, which is 5, 6, 9 or 16 (any other n ≥ 2 gives one ring), along the middle of its part. `turn`: how
-/// far the set is turned about the normal, in [0, 1) turns.
+/// Cone `ix` of n, which is 5, 6, 9 or 16 (any other n ≥ 2 gives one ring), along the middle of its part. `turn`:
+/// rotation of the set about the normal, in [0, 1) turns.
 fn cone_of_set(n: u32, ix: u32, turn: f32) -> SetCone {
     let part = part_of_set(n, ix);
     let zone = part.high * part.high - part.low * part.low;
@@ -75,8 +75,8 @@ fn cone_of_set(n: u32, ix: u32, turn: f32) -> SetCone {
     return SetCone(direction_at(cosine, turn + part.place / n_ring), zone / n_ring);
 }
 
-/// The same cone along a direction drawn from its part, by the cosine: over many draws the set integrates any
-/// light without bias, however narrow the cells are that the cones read. `u`: uniform in [0, 1)².
+/// The same cone along a direction sampled from its part, in proportion to the cosine: over many samples the set
+/// integrates any light without bias, however small the cells are that the cones read. `u`: uniform in [0, 1)².
 fn drawn_cone_of_set(n: u32, ix: u32, u: vec2<f32>) -> SetCone {
     let part = part_of_set(n, ix);
     let low = part.low * part.low;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A cone, and how it is stepped through: C. Crassin et al., "Interactive Indirect Illumination Using
-//! Voxel Cone Tracing", 2011.
+//! A cone, and how it is marched: C. Crassin et al., "Interactive Indirect Illumination Using Voxel Cone Tracing",
+//! 2011.
 //!
-//! At distance t a cone of half aperture β is 2·t·tan β wide, and cells of that width are read: mip =
-//! log₂(width/cell). Two things are ours. A cell is never larger than the height over the plane that
-//! the cone leaves: the surface's own voxels, which a coarser cell would take in, would hide it from
-//! the light that it faces (from behind: dark). And a step may be longer than a cell only by as much as the caller's step scale says.
+//! At distance t a cone of half aperture β is 2·t·tan β wide, and cells of that width are read: mip = log₂(width/cell).
+//! Two things are new here. A cell is never larger than the height above the plane that the cone leaves, because a
+//! coarser cell would include the surface's own voxels, which would hide the cone from the light that the surface faces
+//! (from behind they are dark). And a step may be longer than a cell only by the caller's step scale.
 #define_import_path lucerna::cone::march
 
 #import lucerna::math::constants::FLOAT_MAX
@@ -18,36 +18,36 @@ struct Cone {
     spread: f32,
     /// Unit length.
     direction: vec3<f32>,
-    /// Where stepping ends [m].
+    /// Where marching ends [m].
     max_distance: f32,
-    /// Unit normal of the surface that the cone leaves; zeros: it leaves none.
+    /// Unit normal of the surface that the cone leaves; zeros: there is no surface.
     normal: vec3<f32>,
-    /// How far along the normal the cone begins, to be clear of the surface's own voxels [m].
+    /// How far along the normal the cone starts, to be clear of the surface's own voxels [m].
     offset: f32,
 }
 
-/// How cones are stepped through.
+/// How cones are marched.
 struct ConeSettings {
-    /// Step in widths of the cone.
+    /// Length of a step in widths of the cone.
     step_scale: f32,
     /// Added to the mip.
     mip_bias: f32,
-    /// At this opacity a cone is given up, in (0, 1].
+    /// Opacity at which a cone ends, in (0, 1].
     opacity_threshold: f32,
     /// Start offset along the normal in cells of the finest level there.
     start_cells: f32,
 }
 
-/// A plane's voxels reach so many cells into the free, if it stands across an axis: it may stand half a cell high in
-/// its cell, and filtering adds one.
+/// The voxels of a plane across an axis extend this many cells in front of it: the plane may be half a cell deep in its
+/// cell, and filtering adds one.
 const PLANE_REACH: f32 = 1.5;
-/// A step is not below this share of the cell that is read: shorter ones find the same again.
+/// Shortest step, as a share of the cell that is read: shorter ones would read the same again.
 const MIN_STEP: f32 = 0.5;
-/// Filtering spreads a wall one cell to both sides; so many cells before its middle, half of what it hides is hidden: of its
-/// depth of 3.25 (`cone::medium`), (1 − 0.35)²/2 lies in front, and e^(−3.25 · 0.21) = 0.5.
+/// Filtering spreads a wall one cell to both sides. This many cells before its middle, half of what it hides is hidden:
+/// of its depth of 3.25 (`cone::medium`), (1 − 0.35)²/2 is in front, and e^(−3.25 · 0.21) = 0.5.
 const HALF_OF_WALL: f32 = 0.35;
-/// No cone takes more steps: half a cell each along the diagonal of 256³ cells is 887, of 6 levels 5322. (A bound for what is not
-/// finite; none that is meets it.)
+/// The most steps of a cone: with half a cell each, the diagonal of 256³ cells takes 887, that of 6 levels 5322. (A
+/// bound for cones that are not finite; finite ones never reach it.)
 const MAX_STEPS: u32 = 5400u;
 
 /// The point on the axis at distance `t` [m].
@@ -55,7 +55,7 @@ fn cone_point(cone: Cone, t: f32) -> vec3<f32> {
     return cone.origin + cone.normal * cone.offset + cone.direction * t;
 }
 
-/// How wide a cell is along a unit normal [cells]: 1 along an axis, √3 along the diagonal.
+/// Width of a cell along a unit normal [cells]: 1 along an axis, √3 along the diagonal.
 fn cells_across(normal: vec3<f32>) -> f32 {
     return abs(normal.x) + abs(normal.y) + abs(normal.z);
 }
@@ -84,7 +84,7 @@ fn cone_cells(cone: Cone, settings: ConeSettings, t: f32, finest: f32) -> ConeCe
     return ConeCells(min(matching, clear), clear);
 }
 
-/// Length of the step at distance `t` where cells of this size are read [m].
+/// Length of the step at distance `t` if cells of this size are read [m].
 fn cone_step(cone: Cone, settings: ConeSettings, t: f32, cell: f32) -> f32 {
     return max(settings.step_scale * cone_width(cone, t), MIN_STEP * cell);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Field: what a set of cones around a normal gathers.
+//! Field: the light that a set of cones around a normal gathers.
 //!
 //! Interface: `gather_cones`. No bindings of its own: it reads `fields::voxel_pyramid`.
 #define_import_path lucerna::fields::cone_gather
@@ -17,16 +17,15 @@
 struct Gathered {
     /// [W·m⁻²]
     irradiance: vec3<f32>,
-    /// Cosine-weighted share of the hemisphere in which nothing stands as far as the distance asked about, in [0, 1].
+    /// Cosine-weighted share of the hemisphere in which there is nothing within the distance `near`, in [0, 1].
     near_openness: f32,
 }
 
 /// Gathers with `n_cones` (`cone::cone_set`) around `normal` (unit length), from a point on a surface [m].
 ///
-/// `plane`: the surface's own unit normal, along which cones leave it. `stream`, `sample_ix`: of the random numbers
-/// that turn each cone within its part of the hemisphere.
-/// `max_distance`, `near`: as of `trace_cone`, from where the cones begin [m]. (So what they miss before that is made up for, in the
-/// mean, by what they find beyond.)
+/// `plane`: the surface's own unit normal, along which cones leave it. `stream`, `sample_ix`: those of the random
+/// numbers that turn each cone within its part of the hemisphere. `max_distance`, `near`: as in `trace_cone`, from
+/// where the cones start [m]. (So what they miss before that is compensated, on average, by what they find beyond.)
 fn gather_cones(
     position: vec3<f32>,
     plane: vec3<f32>,
@@ -46,7 +45,7 @@ fn gather_cones(
         let member = drawn_cone_of_set(n_cones, ix, sobol_owen(sample_ix, pcg(stream + ix)));
         let direction = basis * member.direction;
         if dot(direction, plane) <= 0.0 {
-            // Below the surface, where a bent normal leads: dark.
+            // Below the surface, where a bent normal may lead, it is dark.
             continue;
         }
         let cone = Cone(position, spread, direction, max_distance, plane, offset);

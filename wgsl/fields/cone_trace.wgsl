@@ -12,13 +12,13 @@
 #import lucerna::fields::voxel_pyramid::filtered_texel
 #import lucerna::components::voxels::grid::faces_of_direction
 
-/// What a cone has met.
+/// The result of a cone.
 struct ConeResult {
     /// [W·sr⁻¹·m⁻²]
     radiance: vec3<f32>,
-    /// Share of the cone that met nothing, in [0, 1].
+    /// Share of the cone that hit nothing, in [0, 1].
     transmittance: f32,
-    /// The same, as far as the distance asked about.
+    /// The same, within the distance `near`.
     near_transmittance: f32,
     n_steps: u32,
     reserved_a: u32,
@@ -35,7 +35,7 @@ fn medium_of_mip(level_ix: u32, mip: u32, position: vec3<f32>, direction: vec3<f
     if pyramid.n_faces == 1u {
         texel = filtered_texel(entry, mip, 0u, point);
     } else {
-        // Who looks along +X sees the −X faces.
+        // A viewer who looks along +X sees the −X faces.
         let faces = faces_of_direction(-direction);
         let weights = direction_weights(pyramid.squared_weights, direction);
         for (var axis = 0u; axis < 3u; axis++) {
@@ -45,18 +45,18 @@ fn medium_of_mip(level_ix: u32, mip: u32, position: vec3<f32>, direction: vec3<f
     return Medium(texel.rgb / cell, texel.a / cell);
 }
 
-/// The voxels around a point (their light times `components::voxel_pyramid::layout::radiance_scale`), averaged over cells (between the two nearest mips that are not too large), seen
-/// along a direction of unit length.
+/// The voxels around a point (their light times `components::voxel_pyramid::layout::radiance_scale`), averaged over
+/// cells (interpolated between the two nearest mips that are not too large), seen along a direction of unit length.
 fn medium_at(position: vec3<f32>, direction: vec3<f32>, cells: ConeCells) -> Medium {
     var out = Medium(vec3<f32>(0.0), 0.0);
     var rest = 1.0;
     for (var ix = 0u; ix < pyramid.n_levels && rest > 0.0; ix++) {
         let level = pyramid.levels[ix];
-        // (A little more, for rounding: a cell that is just as large as it may be is not too large.)
+        // (A little more, because of rounding: a cell of exactly the largest size is not too large.)
         let largest = floor(log2(cells.largest / level.cell) + 1e-4);
         let mip = clamp(min(log2(cells.matching / level.cell), largest), 0.0, f32(level.n_mips - 1u));
         let is_last = ix + 1u == pyramid.n_levels;
-        // Where the next level has cells that are fine enough, it is asked: its data are more compact.
+        // If the next level has cells that are fine enough, it is used, because its data are more compact.
         if !is_last && cells.matching >= 2.0 * pyramid.levels[ix + 1u].cell {
             continue;
         }
@@ -80,16 +80,17 @@ fn medium_at(position: vec3<f32>, direction: vec3<f32>, cells: ConeCells) -> Med
     return out;
 }
 
-/// Follows a cone to its end. `near`: how far `near_transmittance` counts [m]; an opaque wall just there counts half.
+/// Follows a cone to its end. `near`: distance up to which `near_transmittance` counts [m]; an opaque wall exactly
+/// there counts half.
 ///
-/// Steps are as long as the cone is wide, times the step scale; what is read in the middle of a step
-/// stands for it. A cone that becomes opaque beyond the threshold is given up (`medium::end_of_way`).
+/// Steps are as long as the cone is wide, times the step scale; the value in the middle of a step is used for all of
+/// it. A cone whose opacity exceeds the threshold ends (`medium::end_of_way`).
 fn trace_cone(cone: Cone, settings: ConeSettings, near: f32) -> ConeResult {
     var light = clear_way();
     var near_light = 1.0;
     var t = 0.0;
     var n_steps = 0u;
-    // Nothing stands outside the last level.
+    // There is nothing outside the last level.
     let last = pyramid.levels[pyramid.n_levels - 1u];
     let low = last.origin;
     let high = last.origin + vec3<f32>(last.size) * last.cell;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Field: where the levels of prefiltered voxels stand, without their texels.
+//! Field: the layout of the levels of prefiltered voxels, without their texels.
 //!
 //! Interface: `pyramid`, `finest_cell`.
 #define_import_path lucerna::fields::pyramid_layout

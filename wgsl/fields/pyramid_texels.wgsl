@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Field: the texels of prefiltered voxels, one by one, for kernels that make them.
+//! Field: the single texels of prefiltered voxels, for kernels that compute them.
 //!
-//! Interface: `filled`, `load_texel` of the volume that is read, `store_texel` to the one that is written. This
-//! one has textures; the variant `pyramid_buffer` has buffers.
+//! Interface: `filled`, `load_texel` of the volume that is read, `store_texel` to the one that is written. This one has
+//! textures; the variant `volumes=buffers` has buffers.
 #define_import_path lucerna::fields::pyramid_texels
 
 #import lucerna::components::voxel_pyramid::layout::PyramidLayout

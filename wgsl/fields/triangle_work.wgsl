@@ -4,7 +4,7 @@
 //! Interface: `work`, `triangle_of_piece`.
 #define_import_path lucerna::fields::triangle_work
 
-/// The first piece of each triangle, and at the end how many pieces there are: not falling.
+/// The first piece of each triangle, and at the end the number of pieces; never decreasing.
 @group(3) @binding(3) var<storage, read> work: array<u32>;
 
 /// The triangle that a piece belongs to: the last one whose first piece is not above it, by bisection.

@@ -4,9 +4,9 @@
 //! Interface: `accumulators`, `DepositSettings`, `VoxelSample`, `Run`, `start_run`, `deposit`, `end_run`, `count_cut`. What the words
 //! hold: `lucerna::components::voxel_light::accumulator`; the arithmetic: `lucerna::components::voxel_light::average`.
 //!
-//! With STRATEGY_EXACT an invocation gives its samples one after the other: those that follow each other into one record are summed
-//! in registers, as a [`Run`], and written when the record changes. Integer sums do not depend on the order of the
-//! invocations. The moving average goes by compare-and-swap.
+//! With STRATEGY_EXACT an invocation passes its samples one after the other: consecutive samples of the same record are
+//! summed in registers, as a [`Run`], and written when the record changes. Integer sums do not depend on the order of
+//! the invocations. The moving average uses compare-and-swap.
 #define_import_path lucerna::fields::voxel_accumulators
 
 #import lucerna::components::voxel_light::accumulator::{STRATEGY_STORE, STRATEGY_MOVING_AVERAGE, STRATEGY_MAX, STRATEGY_EXACT}
@@ -22,23 +22,23 @@ const_assert QUANTA_MAX < 4294967296.0;
 struct VoxelSample {
     /// Irradiance [W·m⁻²].
     value: vec3<f32>,
-    /// slot · n_faces + face; NO_SLOT and whatever lies beyond the grid's capacity is counted as outside.
+    /// slot · n_faces + face; NO_SLOT and anything beyond the grid's capacity counts as outside.
     record: u32,
 }
 
 /// How samples are written.
 struct DepositSettings {
-    /// A STRATEGY_ constant; where it is known when the pipeline is made, the others' code drops out.
+    /// A STRATEGY_ constant; if it is known when the pipeline is created, the code of the others is dropped.
     strategy: u32,
-    /// Records that there are.
+    /// Number of records.
     n_records: u32,
     /// See `lucerna::components::voxel_light::average`; a power of two.
     quanta_per_unit: f32,
-    /// 1/largest value: what the packed words hold as 1.
+    /// 1/largest value, which packed words store as 1.
     unorm_per_unit: f32,
 }
 
-/// Samples in a row that go to one record.
+/// Consecutive samples of one record.
 struct Run {
     sum: WideSum,
     count: u32,
@@ -47,12 +47,12 @@ struct Run {
 
 @group(3) @binding(5) var<storage, read_write> accumulators: array<atomic<u32>>;
 
-/// Nothing yet.
+/// An empty run.
 fn start_run() -> Run {
     return Run(WideSum(vec3<u32>(0u), vec3<u32>(0u)), 0u, NO_SLOT);
 }
 
-/// Adds a channel's 64-bit sum to memory: what wraps out of the low word goes to the high one.
+/// Adds a channel's 64-bit sum to memory: the carry of the low word goes to the high one.
 fn add_channel(low_ix: u32, low: u32, high: u32) {
     let old = atomicAdd(&accumulators[low_ix], low);
     let up = high + carry_of(vec3<u32>(old), vec3<u32>(low)).x;
@@ -61,7 +61,7 @@ fn add_channel(low_ix: u32, low: u32, high: u32) {
     }
 }
 
-/// Writes what a run has summed; to be called after an invocation's last [`deposit`].
+/// Writes the sum of a run; must be called after an invocation's last [`deposit`].
 fn end_run(run: Run) {
     if run.count == 0u {
         return;
@@ -73,7 +73,7 @@ fn end_run(run: Run) {
     atomicAdd(&accumulators[at + EXACT_COUNT], run.count);
 }
 
-/// Takes a sample into the packed moving average of a word. `value_unorm`: in [0, 1].
+/// Adds a sample to the packed moving average of a word. `value_unorm`: in [0, 1].
 fn average_by_compare_and_swap(ix: u32, value_unorm: vec3<f32>) {
     var old = atomicLoad(&accumulators[ix]);
     loop {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: light that voxels hold, looked up at surface points.
 //!
-//! Interface: `irradiance_at`, `cell_at`, the LOOKUP_ constants. No bindings of its own: where the light is kept,
-//! `fields::voxel_light_texels` knows alone, and a renderer that keeps it otherwise replaces that module.
+//! Interface: `irradiance_at`, `cell_at`, the LOOKUP_ constants. No bindings of its own: only
+//! `fields::voxel_light_texels` knows where the light is stored, and a renderer that stores it differently replaces
+//! that module.
 #define_import_path lucerna::fields::voxel_light
 
 #import lucerna::components::voxels::grid::{faces_of_direction, grid_from_world}
@@ -11,22 +12,21 @@
 #import lucerna::components::voxel_light::wall_words::{keep_before_walls, undivided}
 #import lucerna::fields::voxel_light_texels::{NO_VOXEL, levels, light_of_face, voxel_of_cell, walls_of_voxel}
 
-/// Trilinear over the cells that hold surfaces which look the point's way.
+/// Trilinear over the cells with surfaces that face the same way as the point's.
 const LOOKUP_VALID: u32 = 0u;
-/// Trilinear over all eight cells, empty ones counting as dark.
+/// Trilinear over all eight cells, where empty ones count as dark.
 const LOOKUP_TRILINEAR: u32 = 1u;
-/// The mean of seven of those, a cell apart along each axis.
+/// The mean of seven such look-ups, one cell apart along each axis.
 const LOOKUP_SEVEN_TAP: u32 = 2u;
-/// How far the point looked up is moved along its normal [cells], so that no cell behind the surface
-/// is among the taps.
+/// How far a look-up's point is moved along its normal [cells], so that no cell behind the surface is among the taps.
 const NORMAL_OFFSET: f32 = 0.5;
-/// How far a point is moved along its normal to tell the cell that its surface stands in [cells]: a
-/// surface on a border belongs to the cell before it.
+/// How far a point is moved along its normal to find the cell of its surface [cells]: a surface on a border belongs to
+/// the cell in front of it.
 const SIDE_OFFSET: f32 = 1e-2;
 
-/// What a level holds around a point of its grid, on the side of the normal: a sum weighted by
-/// distance, by how much each face looks that way, and by how much of it a surface covers.
-/// `only_valid` false: every cell counts, empty ones as dark.
+/// The light of a level around a point of its grid, on the side of the normal: a sum weighted by distance, by how much
+/// each face faces that way, and by how much of it a surface covers. `only_valid` false: every cell counts, empty ones
+/// as dark.
 fn light_in_level(level: VoxelLevel, at: vec3<f32>, normal: vec3<f32>, only_valid: bool) -> LightSum {
     let weights = face_weights(level.grid.n_faces, normal);
     let faces = select(faces_of_direction(normal), vec3<u32>(0u), level.grid.n_faces == 1u);
@@ -62,9 +62,9 @@ fn light_in_level(level: VoxelLevel, at: vec3<f32>, normal: vec3<f32>, only_vali
     return sum;
 }
 
-/// The irradiance held at a surface point [W·m⁻²]; 0 where nothing is known.
+/// The stored irradiance at a surface point [W·m⁻²]; 0 if nothing is known.
 ///
-/// `position` [m], `normal`: unit length, on the side that is asked about; `lookup`: a LOOKUP_ constant.
+/// `position` [m], `normal`: unit length, on the side of the surface that is looked up; `lookup`: a LOOKUP_ constant.
 fn irradiance_at(position: vec3<f32>, normal: vec3<f32>, lookup: u32) -> vec3<f32> {
     let only_valid = lookup != LOOKUP_TRILINEAR && lookup != LOOKUP_SEVEN_TAP;
     var out: LightSum;
@@ -95,9 +95,9 @@ fn irradiance_at(position: vec3<f32>, normal: vec3<f32>, lookup: u32) -> vec3<f3
     return out.irradiance;
 }
 
-/// The cell that a surface point stands in, and its level in w: the finest that counts at the point.
+/// The cell of a surface point, and its level in w: the finest that counts at the point.
 ///
-/// `position` [m], `normal`: of the surface, unit length.
+/// `position` [m], `normal`: the surface's, unit length.
 fn cell_at(position: vec3<f32>, normal: vec3<f32>) -> vec4<u32> {
     for (var ix = 0u; ix + 1u < levels.n_levels; ix++) {
         let point = grid_from_world(levels.levels[ix].grid, position);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: prefiltered voxels, read between their centres.
 //!
-//! Interface: `filtered_texel`, all that cones ask of storage besides `fields::pyramid_layout`. This one filters in textures; the variant `volumes=buffers` has the same
-//! numbers from buffers alone.
+//! Interface: `filtered_texel`, all that cones ask of storage besides `fields::pyramid_layout`. This one filters in
+//! textures; the variant `volumes=buffers` computes the same numbers from buffers.
 #define_import_path lucerna::fields::voxel_pyramid
 
 #import lucerna::components::voxel_pyramid::layout::{texels_of_point, volume_of_mip}

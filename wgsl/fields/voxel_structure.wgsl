@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Field: which cells of a grid are occupied, and where the values of the occupied ones stand.
+//! Field: which cells of a grid are occupied, and where the values of the occupied ones are.
 //!
 //! Interface: `structure`, `slot_in_grid`, `slot_of_cell`, `n_slots`, `packed_cell_of_slot`, `wall_word_of_slot`. For kernels that only read
 //! it; those that write it bind it themselves. The layout: `lucerna::components::voxels::bricks`.
@@ -9,12 +9,12 @@
 #import lucerna::components::voxels::grid::{VoxelGrid, is_inside}
 #import lucerna::components::voxels::levels::{VoxelLevel, slot_word}
 
-/// Of each level the bricks' words (occupied bits, first slot), then for each slot a packed cell and its walls
-/// (`lucerna::components::voxel_light::wall_words`; 0 where nothing has marked any).
+/// For each level the bricks' words (occupied bits, first slot), then for each slot a packed cell and its walls
+/// (`lucerna::components::voxel_light::wall_words`; 0 if no walls have been marked).
 @group(3) @binding(1) var<storage, read> structure: array<vec2<u32>>;
 
-/// The slot of a cell of a grid, or NO_SLOT; outside the grid there is none. `first_brick`: index of the grid's first brick, 0
-/// where `structure` holds one grid alone.
+/// The slot of a cell of a grid, or NO_SLOT; outside the grid there is none. `first_brick`: index of the grid's first
+/// brick, 0 if `structure` holds only one grid.
 fn slot_in_grid(grid: VoxelGrid, first_brick: u32, cell: vec3<i32>) -> u32 {
     if !is_inside(grid, cell) {
         return NO_SLOT;
@@ -28,7 +28,7 @@ fn slot_of_cell(level: VoxelLevel, cell: vec3<i32>) -> u32 {
     return slot_in_grid(level.grid, level.first_brick, cell);
 }
 
-/// How many slots the only grid of `structure` has: what stands before its last brick and in it.
+/// Number of slots, if `structure` has only one grid: those before its last brick and in it.
 fn n_slots(grid: VoxelGrid) -> u32 {
     let last = structure[grid.bricks.x * grid.bricks.y * grid.bricks.z - 1u];
     return last.y + countOneBits(last.x);

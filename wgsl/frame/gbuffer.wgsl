@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The G-buffer: what a frame's kernels know of the surface in each pixel. 28 bytes a pixel.
+//! The G-buffer: what a frame's kernels know about the surface in each pixel. 28 bytes per pixel.
 //!
 //! | texture | format | holds |
 //! |---|---|---|
@@ -9,8 +9,8 @@
 //! | motion | rg16float | where the point was in the frame before, less where it is (`frame::view`) |
 //! | depth | depth32float | near/z, 0 where there is no surface |
 //!
-//! A kernel declares the textures that it reads in a group of its own, loads the texels of its pixel
-//! and calls [`decode_gbuffer`].
+//! A kernel declares the textures that it reads in its own group, loads the texels of its pixel and calls
+//! [`decode_gbuffer`].
 #define_import_path lucerna::frame::gbuffer
 
 #import lucerna::camera::primary_ray::point_at_depth
@@ -18,7 +18,7 @@
 #import lucerna::math::constants::UNIT_ROUNDOFF
 #import lucerna::math::octahedral::{pack_direction, unpack_direction}
 
-/// The texels of one pixel, as they are loaded and stored (motion apart).
+/// The texels of one pixel, as they are loaded and stored (without motion).
 struct GBufferTexels {
     albedo: vec4<f32>,
     normals: vec2<u32>,
@@ -28,9 +28,9 @@ struct GBufferTexels {
 
 /// The surface in a pixel. World space.
 struct GBufferSurface {
-    /// False: the pixel sees the sky; then only `to_viewer` holds.
+    /// False: the pixel sees the sky, and only `to_viewer` is valid.
     is_surface: bool,
-    /// Reflects as Lambert with `albedo`; metallic and roughness do not count.
+    /// Lambertian with `albedo`; metallic and roughness have no effect.
     lambert: bool,
     /// [m]
     position: vec3<f32>,
@@ -47,9 +47,9 @@ struct GBufferSurface {
     roughness: f32,
     /// Unit length, turned towards the viewer, to 6.5e-5 rad; with normal map.
     shading_normal: vec3<f32>,
-    /// Linear base colour, in [0, 1]; white if irradiance is asked for.
+    /// Linear base colour, in [0, 1]; white if irradiance is requested.
     albedo: vec3<f32>,
-    /// The same, whatever is asked for.
+    /// The base colour, even if irradiance is requested.
     base_color: vec3<f32>,
     /// Radiance that leaves towards the camera [W·sr⁻¹·m⁻²].
     emission: vec3<f32>,
@@ -62,8 +62,8 @@ const MAX_EMISSION: f32 = 65504.0;
 /// How far the rasteriser's grid may move a triangle's border [pixels]: corners are snapped to
 /// 1/256 of a pixel, as desktop GPUs, Direct3D and lavapipe do.
 const SNAPPING: f32 = 1.0 / 256.0;
-/// Roundings in a position that a ray through the pixel is followed to: of the corners' differences,
-/// two products and a quotient when it was found, and of the depth and the ray here.
+/// Roundings in a position found along the pixel's ray: those of the corners' differences, two products and a quotient
+/// when it was found, and those of the depth and the ray here.
 const RAY_ROUNDINGS: f32 = 16.0;
 
 /// The texels of a surface. Normals: unit length, towards the viewer; `depth`: along the view axis [m].
@@ -109,8 +109,8 @@ fn decode_gbuffer(view: FrameView, pixel: vec2<u32>, texels: GBufferTexels) -> G
     return surface;
 }
 
-/// How far the point of a pixel may lie from its triangle [m]: the rasteriser's snapping, which puts
-/// the pixels of a border beside it, and rounding.
+/// How far the point of a pixel may be from its triangle [m]: because of the rasteriser's snapping, which may put the
+/// pixels of a border next to it, and of rounding.
 fn position_error(view: FrameView, position: vec3<f32>, depth: f32) -> f32 {
     let camera = view.camera;
     let scale = select(depth, 1.0, camera.orthographic != 0u);

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where a pixel's ray meets the triangle that the rasteriser found there, and how far the pixel
-//! reaches on it.
+//! Where a pixel's ray hits the triangle that the rasteriser found there, and the pixel's footprint on it.
 //!
-//! T. Möller, B. Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1), 1997:
-//! with s = o − a, e₁ = b − a, e₂ = c − a the weights of b and c are (d·U)/(d·N) and (d·V)/(d·N),
-//! U = e₂ × s, V = s × e₁, N = e₂ × e₁. Their derivatives over the picture follow by the quotient
-//! rule (H. Igehy, "Tracing Ray Differentials", 1999), so no neighbour is asked and control flow may
-//! be as it likes.
+//! T. Möller, B. Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1), 1997: with s = o − a, e₁ = b −
+//! a, e₂ = c − a the weights of b and c are (d·U)/(d·N) and (d·V)/(d·N), U = e₂ × s, V = s × e₁, N = e₂ × e₁. Their
+//! derivatives over the picture follow by the quotient rule (H. Igehy, "Tracing Ray Differentials", 1999), so no
+//! neighbouring pixel is needed, and control flow need not be uniform.
 //!
 //! The rasteriser's own depth is not used: it is interpolated between the corners with the rounding
 //! of the *nearest* one (2⁻²⁴ of the near plane's depth, which 20 m from a near plane of 1 cm is
@@ -23,9 +21,8 @@ struct PixelOnTriangle {
     spread: vec4<f32>,
 }
 
-/// `point`: of the picture, (0, 0) top left; `size` [pixels]. The rasteriser snaps corners to a
-/// grid, so the point may lie beside the triangle by a fraction of a pixel: then the nearest weights
-/// inside (by scaling) are returned.
+/// `point`: of the picture, (0, 0) top left; `size` [pixels]. The rasteriser snaps corners to a grid, so the point may
+/// be outside the triangle by a fraction of a pixel; then the nearest weights inside (by scaling) are returned.
 fn pixel_on_triangle(
     camera: Camera,
     point: vec2<f32>,
@@ -45,7 +42,7 @@ fn pixel_on_triangle(
     let normal = cross(edge_c, edge_b);
     let along = dot(direction, normal);
     if along == 0.0 {
-        // Edge-on: the rasteriser met a sliver of its own snapping.
+        // Edge-on: the rasteriser found a sliver caused by its own snapping.
         return PixelOnTriangle(vec2<f32>(1.0 / 3.0), vec4<f32>(0.0));
     }
     let weights = vec2<f32>(dot(direction, toward_b), dot(direction, toward_c)) / along;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Weights of neighbouring pixels by how alike their surfaces are: for filtering and upscaling that keep edges.
+//! Weights of neighbouring pixels by the similarity of their surfaces, for edge-preserving filters and upscaling.
 //!
 //! J. Kopf, M. Cohen, D. Lischinski, M. Uyttendaele, "Joint Bilateral Upsampling", SIGGRAPH 2007.
 #define_import_path lucerna::frame::upscale
 
-/// Distance off the plane, in shares of the depth, at which a neighbour counts e⁻¹.
+/// Distance off the plane, as a share of the depth, at which a neighbour's weight is e⁻¹.
 const PLANE_SCALE: f32 = 0.01;
 /// Power of the cosine between normals.
 const NORMAL_POWER: f32 = 16.0;
@@ -24,7 +24,8 @@ fn gaussian_weight(offset: vec2<f32>, sigma: f32) -> f32 {
     return exp(-0.5 * dot(offset, offset) / (sigma * sigma));
 }
 
-/// Bilinear weight of the texel `corner` (0 or 1 an axis) of four for a point at `share` between them, in [0, 1]²; the four sum to 1.
+/// Bilinear weight of the texel `corner` (0 or 1 per axis) of four, for a point at `share` between them, in [0, 1]²;
+/// the four sum to 1.
 fn bilinear_weight(corner: vec2<u32>, share: vec2<f32>) -> f32 {
     let weights = select(1.0 - share, share, corner != vec2<u32>(0u));
     return weights.x * weights.y;

@@ -7,12 +7,12 @@ fn interpolate_vec3(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, weights: vec2<f32>
     return a * (1.0 - weights.x - weights.y) + b * weights.x + c * weights.y;
 }
 
-/// As [`interpolate_vec3`] for pairs.
+/// As [`interpolate_vec3`], for pairs.
 fn interpolate_vec2(a: vec2<f32>, b: vec2<f32>, c: vec2<f32>, weights: vec2<f32>) -> vec2<f32> {
     return a * (1.0 - weights.x - weights.y) + b * weights.x + c * weights.y;
 }
 
-/// As [`interpolate_vec3`] for quadruples.
+/// As [`interpolate_vec3`], for quadruples.
 fn interpolate_vec4(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, weights: vec2<f32>) -> vec4<f32> {
     return a * (1.0 - weights.x - weights.y) + b * weights.x + c * weights.y;
 }
@@ -29,10 +29,10 @@ fn barycentrics_of(point: vec3<f32>, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -
     return vec2<f32>(second, third);
 }
 
-/// As [`barycentrics_of`], of the nearest point of the triangle by scaling: weights of the second and third corner in [0, 1], with a sum of at
-/// most 1, for any point and triangle.
+/// As [`barycentrics_of`], moved into the triangle by scaling: weights of the second and third corner in [0, 1], with a
+/// sum of at most 1, for any point and triangle.
 fn barycentrics_within(p: vec3<f32>, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
-    // Of a triangle without area in f32 the weights may be NaN, which clamp turns into a number.
+    // For a triangle without area in f32 the weights may be NaN, which clamp turns into a number.
     let weights = clamp(barycentrics_of(p, a, b, c), vec2<f32>(0.0), vec2<f32>(1.0));
     return weights / max(weights.x + weights.y, 1.0);
 }

@@ -7,15 +7,14 @@
 
 #import lucerna::math::vector::max_component
 
-/// Corners that the part may have.
+/// The most corners of the part.
 const CLIPPED_CORNERS: u32 = 9u;
 
 /// A part of a triangle.
 struct ClippedTriangle {
-    /// Area times the unit normal, out of the front face; 0 where nothing is inside.
+    /// Area times the unit normal, out of the front face; 0 if nothing is inside.
     area: vec3<f32>,
-    /// The middle of the part's corners, which lies within it; where nothing is inside, the middle of
-    /// the cube.
+    /// The middle of the part's corners, which is within it; if nothing is inside, the middle of the cube.
     middle: vec3<f32>,
 }
 
@@ -50,7 +49,7 @@ fn clip_triangle_to_cube(
                 // Above 0: inside.
                 let depth_p = half_size - sign * p[axis];
                 let depth_q = half_size - sign * q[axis];
-                // Of a convex polygon 9 corners remain at most; rounding must not write past them.
+                // A convex polygon has at most 9 corners; rounding must not cause writes past them.
                 if depth_p >= 0.0 && n_kept < CLIPPED_CORNERS {
                     kept[n_kept] = p;
                     n_kept += 1u;

@@ -2,7 +2,7 @@
 //! Ray–box intersection by slabs.
 #define_import_path lucerna::geometry::ray_box
 
-/// A direction's components are not told from 0 below this.
+/// Components of a direction below this are treated as this.
 const MIN_COMPONENT: f32 = 1e-20;
 /// 2γ₃ = 6 roundings, rounded up.
 const EXIT_SLACK: f32 = 3.6e-7;
@@ -16,8 +16,8 @@ fn safe_inverse_direction(direction: vec3<f32>) -> vec3<f32> {
     return select(vec3<f32>(1.0), vec3<f32>(-1.0), direction < vec3<f32>(0.0)) / size;
 }
 
-/// Where the line enters and leaves the box, in units of the direction's length: the box is met if
-/// `x ≤ y` after both are clipped to the ray's interval.
+/// Where the line enters and leaves the box, in units of the direction's length: the box is hit if `x ≤ y` after both
+/// are clipped to the ray's interval.
 ///
 /// `inverse_direction`: from [`safe_inverse_direction`]. Conservative: a box that the exact ray
 /// touches is never missed. T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013: the exit is enlarged

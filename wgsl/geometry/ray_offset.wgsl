@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where to start a ray that leaves a surface, so that it neither meets that surface again nor
-//! skips what touches it.
+//! Where to start a ray that leaves a surface, so that it neither hits that surface again nor skips what touches it.
 //!
 //! M. Pharr, W. Jakob, G. Humphreys, "Physically Based Rendering", 4th ed., §6.8.5–6.8.6: the
 //! position's rounding error is bounded, and the start is moved along the normal out of the box of
@@ -12,10 +11,10 @@
 /// Roundings of the largest coordinate in an interpolated position: γ₇ (pbrt eq. 6.26), twice, for
 /// the error of the barycentrics' third weight and of the normal.
 const POSITION_ROUNDINGS: f32 = 16.0;
-/// Roundings of the triangle's extent in the distance from its plane that an intersection with the
-/// *same* triangle sees: its corners' shear mixes the axes, so even a plane of constant coordinate,
-/// where the position is exact, is met up to this far off. Enough for longest edge² up to 100 times
-/// twice the area; of slivers beyond, 1 ray in 100 000 may meet its own triangle.
+/// Roundings of the triangle's extent in the distance from its plane that an intersection with the *same* triangle
+/// sees: its corners' shear mixes the axes, so even for a plane of constant coordinate, where the position is exact,
+/// the hit can be off by this much. Enough for longest edge² up to 100 times twice the area; for thinner slivers, 1 ray
+/// in 100 000 may hit its own triangle.
 const PLANE_ROUNDINGS: f32 = 32.0;
 
 /// Bounds, per axis, the rounding error of `a·(1−u−v) + b·u + c·v` and of the next ray's intersection
@@ -29,8 +28,8 @@ fn interpolation_error(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
 
 /// Moves `position` off its surface to the side of `direction`.
 ///
-/// `error`: per axis, from [`interpolation_error`]. `normal`: the geometric normal, unit length,
-/// either side. `direction`: of the ray that will start here.
+/// `error`: per axis, from [`interpolation_error`]. `normal`: the geometric normal, unit length, either side.
+/// `direction`: that of the ray that will start here.
 fn offset_ray_origin(
     position: vec3<f32>,
     error: vec3<f32>,
@@ -41,6 +40,6 @@ fn offset_ray_origin(
     // The error box reaches this far along the normal (pbrt eq. 6.28).
     let distance = dot(abs(normal), error);
     let moved = position + side * distance;
-    // Rounding of the sum itself must not take the step back.
+    // Rounding of the sum itself must not undo the step.
     return moved + sign(side) * abs(moved) * (2.0 * UNIT_ROUNDOFF);
 }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Watertight ray–triangle intersection.
 //!
-//! S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013: the
-//! corners are sheared so that the ray runs along +Z from the origin; the triangle is hit where the
-//! origin lies inside it in XY. Unlike the paper, the signs of the edge functions come from a
-//! *comparison* of two rounded products, which a compiler cannot contract into a fused
-//! multiply-add: rounding is monotonic, so the comparison never has the wrong sign (at worst it is
-//! a tie, which counts as inside), and two triangles that share an edge compare the same products.
-//! No second pass in double precision is needed.
+//! S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013: the corners are sheared so
+//! that the ray runs along +Z from the origin; the triangle is hit if the origin is inside it in XY. Unlike the paper,
+//! the signs of the edge functions come from a *comparison* of two rounded products, which a compiler cannot contract
+//! into a fused multiply-add: rounding is monotonic, so the comparison never has the wrong sign (at worst it is a tie,
+//! which counts as inside), and two triangles that share an edge compare the same products. No second pass in double
+//! precision is needed.
 #define_import_path lucerna::geometry::ray_triangle
 
 #import lucerna::math::constants::FLOAT_MAX
@@ -22,7 +21,7 @@ struct ShearedRay {
     shear: vec3<f32>,
 }
 
-/// Where a ray meets a triangle.
+/// Where a ray hits a triangle.
 struct TriangleHit {
     /// Distance in units of the direction's length; a miss has at least FLOAT_MAX and at least t_max.
     t: f32,

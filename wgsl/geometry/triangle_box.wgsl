@@ -7,9 +7,9 @@
 
 /// Whether the triangle overlaps the axis-aligned box `center` ± `half_size`, borders included.
 ///
-/// Any triangles, those without area too. In f32 the answer may be wrong where the gap or the
-/// overlap on the deciding axis is a few 1e-7 of the coordinates relative to the box's centre; where
-/// all products are exact (small integers and halves) touching counts.
+/// Any triangles, also without area. In f32 the answer may be wrong if the gap or the overlap on the deciding axis is a
+/// few 1e-7 of the coordinates relative to the box's centre; if all products are exact (small integers and halves),
+/// touching counts.
 fn triangle_overlaps_box(
     corner_a: vec3<f32>,
     corner_b: vec3<f32>,
@@ -29,8 +29,8 @@ fn triangle_overlaps_box(
     if abs(dot(normal, a)) > dot(half_size, abs(normal)) {
         return false;
     }
-    // The 9 products of the box's axes and an edge at a time: the three components of p × edge are a
-    // point's projections on (minus) those axes, and both ends of the edge project alike.
+    // The 9 products of the box's axes and an edge at a time: the three components of p × edge are a point's
+    // projections on (minus) those axes, and both ends of the edge have the same projection.
     var ends = array<vec3<f32>, 5>(a, b, c, a, b);
     for (var i = 0u; i < 3u; i++) {
         let edge = ends[i + 1u] - ends[i];

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Filters over a picture that keep to surfaces alike: they take what neighbouring pixels found, as far as those see nearly the same
-//! surface (`frame::upscale`).
+//! Edge-preserving filters over a picture: they use values of neighbouring pixels that see nearly the same surface
+//! (`frame::upscale`).
 //!
 //! J. Kopf, M. Cohen, D. Lischinski, M. Uyttendaele, "Joint Bilateral Upsampling", SIGGRAPH 2007; E. Eisemann, F. Durand, "Flash
 //! Photography Enhancement via Intrinsic Relighting", SIGGRAPH 2004 (cross-bilateral filter).
 //!
-//! Bindings: none of its own; it asks the scene seam what pixels see.
+//! Bindings: none of its own; it uses the scene seam to find the pixels' surfaces.
 #define_import_path lucerna::integrators::bilateral
 
 #import lucerna::frame::gbuffer::GBufferSurface
 #import lucerna::frame::upscale::{bilinear_weight, gaussian_weight, surface_weight}
 #import lucerna::scene::pixel::{pixel_surface, view}
 
-/// What the nearest texels count besides, where no surface is alike.
+/// Additional weight of the nearest texels, for when no surface is similar.
 const LEAST_ALIKE: f32 = 1e-3;
 /// Pixels to either side of the filter, and its standard deviation.
 const BILATERAL_RADIUS: i32 = 3;
 const BILATERAL_SIGMA: f32 = 1.5;
 
-/// The red channel of `quarter` (a texel of every second pixel of every second row) at a pixel with a surface, from the four nearest texels;
-/// 1 where none of them has one.
+/// The red channel of `quarter` (one texel for every second pixel of every second row) at a pixel with a surface, from
+/// the four nearest texels; 1 if none of them has a surface.
 fn joint_upsampled(quarter: texture_2d<f32>, pixel: vec2<u32>, surface: GBufferSurface) -> f32 {
     let size = (view.size + 1u) / 2u;
     let base = pixel / 2u;
@@ -45,8 +45,8 @@ fn joint_upsampled(quarter: texture_2d<f32>, pixel: vec2<u32>, surface: GBufferS
     return select(1.0, sum / total, total > 0.0);
 }
 
-/// The mean of the red channel of `full` (a texel a pixel) over a pixel's neighbours, by a Gaussian and by how alike they are; 1 where none
-/// has a surface. `surface`: of the pixel.
+/// The mean of the red channel of `full` (one texel per pixel) over a pixel's neighbours, weighted by a Gaussian and by
+/// similarity; 1 if none has a surface. `surface`: that of the pixel.
 fn cross_bilateral(full: texture_2d<f32>, pixel: vec2<u32>, surface: GBufferSurface) -> f32 {
     var sum = 0.0;
     var total = 0.0;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a glossy surface mirrors, by one cone through prefiltered voxels.
+//! Specular reflection of a glossy surface, by one cone through prefiltered voxels.
 //!
-//! Either along a direction drawn from the specular lobe (the draws make the lobe, a narrow cone takes noise away), or along the mirrored
-//! one with a cone as wide as asked for (C. Crassin et al., "Interactive Indirect Illumination Using Voxel Cone Tracing", 2011).
+//! Either along a direction sampled from the specular lobe (the samples form the lobe, a narrow cone reduces noise), or
+//! along the mirrored direction with a cone of the given width (C. Crassin et al., "Interactive Indirect Illumination
+//! Using Voxel Cone Tracing", 2011).
 //!
-//! Bindings: none of its own; it asks `fields::voxel_pyramid`.
+//! Bindings: none of its own; it uses `fields::voxel_pyramid`.
 #define_import_path lucerna::integrators::cone_reflection
 
 #import lucerna::bsdf::bsdf_sample::BsdfSample
@@ -17,13 +18,13 @@
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::frame::frame_from_normal
 
-/// Width of the cone along a drawn direction, in that of the lobe.
+/// Width of the cone along a sampled direction, as a share of the lobe's.
 const DRAWN_SHARE: f32 = 0.3;
 
 /// Radiance that the specular lobe reflects to the viewer [W·sr⁻¹·m⁻²].
 ///
-/// `position` [m]; normals and `to_viewer`: unit length. `spread`: tan of half the aperture of the mirrored direction's cone; 0: a direction
-/// is drawn, and the cone follows the roughness. `u`: uniform in [0, 1)².
+/// `position` [m]; normals and `to_viewer`: unit length. `spread`: tan of half the aperture of the mirrored direction's
+/// cone; 0: a direction is sampled, and the cone's width follows from the roughness. `u`: uniform in [0, 1)².
 fn cone_reflection(
     position: vec3<f32>,
     geometric_normal: vec3<f32>,

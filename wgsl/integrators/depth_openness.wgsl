@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Cones through the picture's depths: `cone::depth_cone` over the pixels that they cross.
 //!
-//! Bindings: none of its own; it asks the scene seam what pixels see.
+//! Bindings: none of its own; it uses the scene seam to find the pixels' surfaces.
 #define_import_path lucerna::integrators::depth_openness
 
 #import lucerna::camera::primary_ray::point_at_depth
@@ -16,7 +16,8 @@
 
 /// Cones of the hemisphere.
 const N_DEPTH_CONES: u32 = 5u;
-/// Cones that leave the surface at a slant are followed farther, up to 1 over this: until they are as high as upright ones.
+/// Cones that leave the surface at a slant are followed farther, up to 1 over this, until they are as high as upright
+/// ones.
 const LEAST_SLANT: f32 = 0.3;
 
 /// How much of a cone is open from its origin to `cone.max_distance` [m].
@@ -27,7 +28,7 @@ fn depth_openness(cone: Cone, jitter: f32) -> f32 {
     let rise = max(dot(cone.normal, cone.direction), 0.05);
     for (var step = 0u; step < DEPTH_STEPS; step++) {
         let share = (f32(step) + mix(0.25, 1.0, jitter)) / f32(DEPTH_STEPS);
-        // Close by steps are shorter.
+        // Steps are shorter near the start.
         let t = cone.max_distance * share * share;
         let radius = max(min(0.5 * cone_width(cone, t), CLEARANCE * rise * t), 1e-6);
         let at = cone_point(cone, t);
@@ -40,7 +41,7 @@ fn depth_openness(cone: Cone, jitter: f32) -> f32 {
         let pixel = vec2<u32>(point * vec2<f32>(view.size));
         let found = pixel_distance(pixel);
         if found > 0.0 {
-            // What stands there, from the cone's origin: the cone's own plane, seen at a slant, is no hindrance.
+            // The surface there, as seen from the cone's origin: the cone's own plane, seen at a slant, does not hide.
             let there = point_at_depth(view.camera, sampled_point(view, pixel), found) - cone.origin;
             if dot(there, cone.normal) > MIN_RISE * length(there) {
                 let thickness = THICKNESS * cone.max_distance;
@@ -51,11 +52,12 @@ fn depth_openness(cone: Cone, jitter: f32) -> f32 {
     return open;
 }
 
-/// How much of the hemisphere around `shading_normal` is open up to the height `reach` [m] over a surface, weighted by the cosine; 1 where all
-/// of it lies below the surface. (What a bent normal leads below the surface is dark to the voxels' cones already.)
+/// How much of the hemisphere around `shading_normal` is open up to the height `reach` [m] over a surface, weighted by
+/// the cosine; 1 if all of it is below the surface. (Cones that a bent normal turns below the surface are already dark
+/// in the voxels.)
 ///
-/// Normals: unit length. `stream`, `sample_ix`: of the random numbers that turn each cone within its part; `jitter` in [0, 1) shifts the
-/// steps.
+/// Normals: unit length. `stream`, `sample_ix`: those of the random numbers that turn each cone within its part;
+/// `jitter` in [0, 1) shifts the steps.
 fn hemisphere_openness(
     position: vec3<f32>,
     geometric_normal: vec3<f32>,
@@ -83,8 +85,8 @@ fn hemisphere_openness(
     return select(1.0, sum / weights, weights > 0.0);
 }
 
-/// How much of one cone along `direction` (unit length) is open up to the height `reach` [m] over a surface; 1 where it leads below the surface.
-/// `spread`: tan of half its aperture; `jitter`: as of [`hemisphere_openness`].
+/// How much of one cone along `direction` (unit length) is open up to the height `reach` [m] over a surface; 1 if it
+/// leads below the surface. `spread`: tan of half its aperture; `jitter`: as in [`hemisphere_openness`].
 fn direction_openness(
     position: vec3<f32>,
     geometric_normal: vec3<f32>,

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Direct light on the surface in a pixel: light that arrives straight from a light, an emissive
-//! surface or the sky, and is reflected towards the camera. Shadows are what `scene::visibility` has: rays.
+//! Direct light on the surface in a pixel: light that arrives directly from a light, an emissive surface or the sky,
+//! and is reflected towards the camera. `scene::visibility` provides the shadows.
 //!
 //! L = Σ f·cosθ·E over point, spot and directional lights, exactly, as long as there are no more than
-//! [`MAX_EXACT_LIGHTS`]; and for all others an estimate by multiple importance sampling (E. Veach,
-//! L. Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995,
-//! multi-sample power heuristic): `n_light_samples` draw a light, `n_bsdf_samples` a reflection.
+//! [`MAX_EXACT_LIGHTS`]; and for all others an estimate by multiple importance sampling (E. Veach, L. Guibas,
+//! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995, multi-sample power heuristic):
+//! `n_light_samples` sample a light, `n_bsdf_samples` the BSDF.
 //!
-//! Samples are points of Owen-scrambled Sobol sequences (`sampling::low_discrepancy`), one stream a
-//! pixel, that go on from frame to frame: the samples of a frame are stratified, and those of
-//! 2^k frames together as well.
+//! Samples are points of Owen-scrambled Sobol sequences (`sampling::low_discrepancy`), one stream per pixel, which
+//! continue from frame to frame: the samples of a frame are stratified, and those of 2^k frames together as well.
 //!
-//! Bindings: none of its own; it asks the scene seam.
+//! Bindings: none of its own; it uses the scene seam.
 #define_import_path lucerna::integrators::direct_light
 
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
@@ -33,22 +32,22 @@
 #import lucerna::sampling::mis::{power_heuristic, solid_angle_of_sample}
 #import lucerna::sampling::pcg::pcg3d
 
-/// How much is spent on direct light.
+/// Numbers of samples of direct light.
 struct DirectSettings {
-    /// Draws of a light, per pixel and frame.
+    /// Samples of lights, per pixel and frame.
     n_light_samples: u32,
-    /// Draws of a reflection, per pixel and frame; they find what is bright and near, and what a
-    /// glossy surface mirrors.
+    /// Samples of the BSDF, per pixel and frame; they reduce the noise of bright, near lights and of reflections in
+    /// glossy surfaces.
     n_bsdf_samples: u32,
     reserved_a: u32,
     reserved_b: u32,
 }
 
-/// Up to so many point, spot and directional lights each one gets a shadow ray in every frame; of
-/// more, they are drawn like the others.
+/// Up to this many point, spot and directional lights, each one gets a shadow ray in every frame; if there are more,
+/// they are sampled like the others.
 const MAX_EXACT_LIGHTS: u32 = 16u;
 
-/// Seeds of a sample's dimensions: which light and which of entry and alias; the place on it; the
+/// Seeds of a sample's dimensions: the choice of a light, and of entry or alias; the place on the light; the
 /// reflection's direction; its lobe.
 const CHOICE: u32 = 0u;
 const PLACE: u32 = 1u;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What light a voxel's face receives, by a few rays.
+//! The light that a voxel's face receives, estimated by a few rays.
 //!
-//! A ray along the face's axis, through a random point of the face, finds a surface point within the
-//! cell. From there a cosine-distributed ray is traced: what it meets reflects the irradiance that the
-//! cache held there in the frame before, so each frame adds a bounce; and what it meets emits. Where
-//! bounces are counted, the path goes on instead, and gathers direct light alone at each of its hits. A
-//! shadow ray to a drawn light estimates the direct irradiance as well, and both estimates of it are
-//! combined by multiple importance sampling (E. Veach, L. Guibas, "Optimally Combining Sampling
-//! Techniques for Monte Carlo Rendering", SIGGRAPH 1995, power heuristic).
+//! A ray along the face's axis, through a random point of the face, finds a surface point within the cell. From there a
+//! cosine-distributed ray is traced: the surface that it hits reflects the irradiance that the cache stored there in
+//! the previous frame, so each frame adds a bounce; and it may emit light itself. If the number of bounces is limited,
+//! the path continues instead, and gathers only direct light at each of its hits. A shadow ray to a sampled light
+//! estimates the direct irradiance as well, and both estimates of it are combined by multiple importance sampling (E.
+//! Veach, L. Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995, power
+//! heuristic).
 //!
-//! Bindings: none of its own; it asks the scene seam and `fields::voxel_light`.
+//! Bindings: none of its own; it uses the scene seam and `fields::voxel_light`.
 #define_import_path lucerna::integrators::face_gather
 
 #import lucerna::bsdf::directional_albedo::directional_albedo
@@ -34,32 +34,32 @@
 #import lucerna::scene::visibility::light_visibility
 #import lucerna::scene::types::{Ray, hit_is_miss, Surface, seen_from}
 
-/// A bounce that meets the back of a single-sided surface within so many cells was shut in: the point
-/// lies within something solid, or behind a wall's foot, where nobody sees it.
+/// If a bounce hits the back of a single-sided surface within this many cells, the point is enclosed: it is inside
+/// something solid, or behind the foot of a wall, where it is never seen.
 const SHUT_IN_CELLS: f32 = 1.5;
 
-/// What is looked for.
+/// What to gather.
 struct FaceGatherSettings {
-    /// Reflections that a path follows. With the field holding direct light alone, these are all that is counted; else 1 is
+    /// Reflections that a path follows. If the field holds only direct light, these are all bounces; otherwise 1 is
     /// enough. 0: none.
     n_bounces: u32,
-    /// Whether a light is drawn for the point as well.
+    /// Whether a light is sampled for the point as well.
     finds_direct: bool,
 }
 
-/// Where a path stands.
+/// The state of a path.
 struct FacePath {
     at: Surface,
-    /// In which it goes on.
+    /// Direction in which it continues.
     direction: vec3<f32>,
-    /// Product of the albedos that it met.
+    /// Product of the albedos along it.
     throughput: vec3<f32>,
 }
 
-/// Draws one point of a face and adds what light it receives.
+/// Samples one point of a face and adds the light that it receives.
 ///
-/// `packed_cell`: of the voxel (`grid::pack_cell`); `record_face`: 0 to 5, of a grid with one value a cell 0. `sample_ix`: counts the face's
-/// points; `hash`: the face's own random bits, the same for all its points.
+/// `packed_cell`: that of the voxel (`grid::pack_cell`); `record_face`: 0 to 5, or 0 in a grid with one value per cell.
+/// `sample_ix`: counts the face's points; `hash`: the face's own random bits, the same for all its points.
 fn add_face_sample(
     samples_before: FaceSamples,
     settings: FaceGatherSettings,
@@ -71,7 +71,7 @@ fn add_face_sample(
 ) -> FaceSamples {
     var samples = samples_before;
     samples.n_rays += 1.0;
-    // A cell without faces is looked at from its six sides in turn.
+    // A cell without faces is sampled from its six sides in turn.
     let face = select(record_face, (sample_ix + hash.x) % 6u, grid.n_faces == 1u);
     let outward = face_normal(face);
     let start = face_point(vec3<f32>(unpack_cell(packed_cell)), face, sobol_owen(sample_ix, hash.x));
@@ -83,16 +83,16 @@ fn add_face_sample(
     let found = surface_at(hit.triangle, hit.barycentrics);
     let is_back = dot(found.geometric_normal, outward) < 0.0 && !found.double_sided;
     if is_back && grid.n_faces == 1u {
-        // One value serves both sides of a sheet: that of its front.
+        // One value is used for both sides of a sheet: that of its front.
         return samples;
     }
     let surface = seen_from(found, -outward);
 
-    // The bounce first: it may show that the point is shut in.
+    // The bounce comes first, because it may show that the point is enclosed.
     var path = FacePath(surface, vec3<f32>(0.0), vec3<f32>(1.0));
     var direct = vec3<f32>(0.0);
     var indirect = vec3<f32>(0.0);
-    // (Without reflections, one ray finds emitters and the sky, and what is shut in.)
+    // (Without reflections, one ray finds emitters and the sky, and enclosed points.)
     for (var bounce = 0u; bounce < max(settings.n_bounces, 1u); bounce++) {
         let seed = select(pcg(hash.y + bounce), hash.y, bounce == 0u);
         let local = sample_cosine_hemisphere(sobol_owen(sample_ix, seed));
@@ -109,7 +109,7 @@ fn add_face_sample(
         let far = nearest_hit(Ray(from_here, 0.0, path.direction, FLOAT_MAX));
         let pdf = local.z * INV_PI;
         if hit_is_miss(far) {
-            // (Farther along, the sky is among the direct light of what was met.)
+            // (Farther along, the sky is part of the direct light at the hits.)
             if bounce == 0u {
                 let light_pdf = pdf_of_sky(path.direction);
                 direct = PI * power_heuristic(pdf, light_pdf) * sky_radiance(path.direction);
@@ -152,8 +152,8 @@ fn add_face_sample(
     return samples;
 }
 
-/// Irradiance by one drawn light [W·m⁻²], weighed against the chance that a cosine-distributed ray finds it; seen as
-/// `scene::visibility` tells. `u`: uniform in [0, 1)⁴.
+/// Irradiance by one sampled light [W·m⁻²], weighted against the chance that a cosine-distributed ray finds it, with
+/// shadows by `scene::visibility`. `u`: uniform in [0, 1)⁴.
 fn visible_irradiance(surface: Surface, u: vec4<f32>) -> vec3<f32> {
     let light = sample_light(surface.position, u);
     let found = irradiance_of_light(
@@ -179,10 +179,9 @@ fn visible_irradiance(surface: Surface, u: vec4<f32>) -> vec3<f32> {
     return visible * found.light * found.weight;
 }
 
-/// The share of the irradiance on a surface that it reflects towards a direction (unit length, away from it), as
-/// π · radiance / irradiance, in [0, 1].
-/// (What a cosine-distributed ray meets with irradiance E adds this · E to the irradiance where it
-/// began: the cosine cancels with the density.)
+/// The share of the irradiance on a surface that it reflects towards a direction (unit length, away from it), as π ·
+/// radiance / irradiance, in [0, 1]. (A surface with irradiance E that a cosine-distributed ray hits adds this · E to
+/// the irradiance where the ray started, because the cosine cancels with the density.)
 fn albedo_towards(surface: Surface, direction: vec3<f32>) -> vec3<f32> {
     if surface.lambert {
         return surface.base_color;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What rays from lights or the camera light up: the surface point that a ray meets first, and its irradiance.
+//! Points that rays from lights or the camera find: the first surface point on a ray, and its irradiance.
 //!
-//! * [`lit_by_punctual`]: rays leave a light; E = I·cosθ/d² (point, spot) or E = E⊥·cosθ (directional), as T. Magalhães,
-//!   "Real-Time Ray Traced Voxel Global Illumination", University of Porto, 2020.
-//! * [`lit_by_extended`]: rays leave the emissive triangles and the sky, all at once. The ray only chooses the place: E there comes
-//!   from one light drawn afresh with a shadow ray, for which no area of the surface need be known (a photon estimate would
-//!   need it).
-//! * [`lit_in_view`]: rays leave the camera; E comes from one drawn light of any kind with a shadow ray.
+//! * [`lit_by_punctual`]: rays start at a light; E = I·cosθ/d² (point, spot) or E = E⊥·cosθ (directional), as T.
+//!   Magalhães, "Real-Time Ray Traced Voxel Global Illumination", University of Porto, 2020.
+//! * [`lit_by_extended`]: rays start at the emissive triangles and the sky, all at once. The ray only chooses the
+//!   place: E there comes from another sampled light with a shadow ray, which does not need the area of the surface (a
+//!   photon estimate would).
+//! * [`lit_in_view`]: rays start at the camera; E comes from one sampled light of any kind with a shadow ray.
 //!
-//! Bindings: none of its own; it asks the scene seam.
+//! Bindings: none of its own; it uses the scene seam.
 #define_import_path lucerna::integrators::injection
 
 #import lucerna::camera::primary_ray::{Camera, primary_ray}
@@ -22,7 +22,7 @@
 
 /// A point that a ray has lit.
 struct LitPoint {
-    /// False: the ray met nothing, and all else is zero.
+    /// False: the ray hit nothing, and everything else is zero.
     is_surface: bool,
     /// [m]
     position: vec3<f32>,
@@ -32,13 +32,13 @@ struct LitPoint {
     irradiance: vec3<f32>,
 }
 
-/// What a ray meets first.
+/// The first surface on a ray.
 struct FirstSurface {
     is_surface: bool,
     surface: Surface,
 }
 
-/// The surface that a ray meets first, seen from its side. `direction`: unit length.
+/// The first surface on a ray, seen from the ray's side. `direction`: unit length.
 fn first_surface(origin: vec3<f32>, direction: vec3<f32>) -> FirstSurface {
     var out: FirstSurface;
     let hit = nearest_hit(Ray(origin, 0.0, direction, FLOAT_MAX));
@@ -49,7 +49,8 @@ fn first_surface(origin: vec3<f32>, direction: vec3<f32>) -> FirstSurface {
     return out;
 }
 
-/// By a ray of a light without extent, `light_ix` < `scene::lights::n_punctual_lights()`. `u`: uniform in [0, 1)².
+/// The point lit by a ray of a light without extent, `light_ix` < `scene::lights::n_punctual_lights()`. `u`: uniform in
+/// [0, 1)².
 fn lit_by_punctual(light_ix: u32, u: vec2<f32>) -> LitPoint {
     let ray = punctual_ray(light_ix, u);
     let found = first_surface(ray.origin, ray.direction);
@@ -62,8 +63,8 @@ fn lit_by_punctual(light_ix: u32, u: vec2<f32>) -> LitPoint {
     return LitPoint(true, surface.position, surface.geometric_normal, irradiance);
 }
 
-/// By a ray of the emissive triangles and the sky; there must be such a light. `u`, `v`: of `scene::light_rays::extended_ray`;
-/// `w`: of the light that is drawn afresh; all uniform in [0, 1)⁴.
+/// The point lit by a ray of the emissive triangles and the sky; there must be such a light. `u`, `v`: for
+/// `scene::light_rays::extended_ray`; `w`: for the other sampled light; all uniform in [0, 1)⁴.
 fn lit_by_extended(u: vec4<f32>, v: vec4<f32>, w: vec4<f32>) -> LitPoint {
     let ray = extended_ray(u, v);
     let found = first_surface(ray.origin, ray.direction);
@@ -74,7 +75,8 @@ fn lit_by_extended(u: vec4<f32>, v: vec4<f32>, w: vec4<f32>) -> LitPoint {
     return LitPoint(true, found.surface.position, found.surface.geometric_normal, irradiance);
 }
 
-/// Where a camera looks. `point`: of the picture, (0, 0) top left; `u`: of the light that is drawn, uniform in [0, 1)⁴.
+/// The point that a camera sees. `point`: of the picture, (0, 0) top left; `u`: for the sampled light, uniform in [0,
+/// 1)⁴.
 fn lit_in_view(camera: Camera, point: vec2<f32>, u: vec4<f32>) -> LitPoint {
     let ray = primary_ray(camera, point);
     let found = first_surface(ray.origin, ray.direction);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Next-event estimation: what a surface receives or reflects of one of the scene's lights, drawn, with a shadow ray.
+//! Next-event estimation: the light that a surface receives or reflects from one sampled light of the scene, with a
+//! shadow ray.
 //!
 //! The estimate itself and its sources: `lucerna::light::next_event`.
 //!
-//! Bindings: none of its own; it asks the scene seam.
+//! Bindings: none of its own; it uses the scene seam.
 #define_import_path lucerna::integrators::next_event
 
 #import lucerna::bsdf::scattering::Scattering
@@ -12,8 +13,9 @@
 #import lucerna::scene::shadow_rays::light_is_hidden
 #import lucerna::scene::types::Surface
 
-/// rgb: what a surface reflects of one of the scene's lights, drawn, with a shadow ray [W·sr⁻¹·m⁻²]; a: the draw's weight against
-/// one sample of the surface's own. `world_from_local`: the frame of `scattering`; `u`: uniform in [0, 1)⁴.
+/// rgb: radiance that a surface reflects from one sampled light of the scene, with a shadow ray [W·sr⁻¹·m⁻²]; a: the
+/// light sample's weight against one BSDF sample. `world_from_local`: the frame of `scattering`; `u`: uniform in [0,
+/// 1)⁴.
 fn reflected_of_drawn_light(
     surface: Surface,
     scattering: Scattering,
@@ -40,8 +42,8 @@ fn reflected_of_drawn_light(
     return vec4<f32>(found.light, found.weight);
 }
 
-/// Irradiance on a surface by one of the scene's lights, drawn, with a shadow ray [W·m⁻²], where nothing else looks for light.
-/// `extended_only`: lights without extent give nothing. `u`: uniform in [0, 1)⁴.
+/// Irradiance on a surface by one sampled light of the scene, with a shadow ray [W·m⁻²], if nothing else samples
+/// lights. `extended_only`: lights without extent give nothing. `u`: uniform in [0, 1)⁴.
 fn irradiance_of_drawn_light(surface: Surface, u: vec4<f32>, extended_only: bool) -> vec3<f32> {
     let light = sample_light(surface.position, u);
     if extended_only && light.pdf == 0.0 {

@@ -4,8 +4,8 @@
 //! J. Kajiya, "The Rendering Equation", 1986; direct light by next-event estimation combined with
 //! the surface's own sampling by multiple importance sampling (Veach, Guibas 1995, power heuristic).
 //!
-//! Light is counted by how it reached the camera: *emitted* straight from an emitter or the sky,
-//! *direct* by one reflection, *indirect* by more.
+//! Light is classified by how it reached the camera: *emitted* directly from an emitter or the sky, *direct* after one
+//! reflection, *indirect* after more.
 #define_import_path lucerna::integrators::path
 
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
@@ -28,46 +28,46 @@
 #import lucerna::sampling::mis::power_heuristic
 #import lucerna::sampling::pcg::random_vec4
 
-/// What the integrator is asked.
+/// What the integrator should compute.
 struct PathSettings {
     /// Size of the whole picture [pixels].
     size: vec2<u32>,
-    /// Index of the first sample of each pixel, and how many to take.
+    /// Index of the first sample of each pixel, and the number of samples.
     first_sample: u32,
     n_samples: u32,
-    /// Invocations that share a pixel's samples: of n, each takes every n-th one.
+    /// Number of invocations that share a pixel's samples: of n, each takes every n-th one.
     n_lanes: u32,
     /// Reflections after the first: 0 gives direct light only.
     n_bounces: u32,
-    /// Stream of random numbers.
+    /// Seed of the random numbers.
     seed: u32,
     /// 1: the first surface is a white Lambertian, so that π·(direct + indirect) is its irradiance.
     irradiance: u32,
-    /// How far ambient occlusion looks from the first surface [m]; 0: it is not asked for.
+    /// Radius of ambient occlusion at the first surface [m]; 0: it is not computed.
     occlusion_distance: f32,
     reserved_a: u32,
     reserved_b: u32,
     reserved_c: u32,
 }
 
-/// Dimension of the random numbers for ambient occlusion: no path is so long.
+/// Dimension of the random numbers for ambient occlusion; no path is this long.
 const OCCLUSION_DIMENSION: u32 = 0xffffffffu;
 /// Reflections before Russian roulette may end a path.
 const ROULETTE_AFTER: u32 = 4u;
-/// The most likely survival: even a path between white walls ends.
+/// Upper bound of the probability of survival, so that even a path between white walls ends.
 const ROULETTE_MAX: f32 = 0.95;
 
-/// One path under way.
+/// The state of one path.
 struct Path {
     origin: vec3<f32>,
-    /// Density with which `direction` was drawn [sr⁻¹].
+    /// Density with which `direction` was sampled [sr⁻¹].
     pdf: f32,
     direction: vec3<f32>,
-    /// Surfaces met so far.
+    /// Number of surfaces so far.
     depth: u32,
     /// Product of the reflections so far, divided by their densities.
     throughput: vec3<f32>,
-    /// Index of the sample that it is.
+    /// Index of its sample.
     sample_ix: u32,
     emitted: vec3<f32>,
     reserved_a: u32,
@@ -77,19 +77,19 @@ struct Path {
     reserved_c: u32,
 }
 
-/// What became of a path.
+/// Results of a step.
 const PATH_GOES_ON: u32 = 0u;
 const PATH_ENDED: u32 = 1u;
-/// The driver ended loops early (`math::loops`): nothing has been added, and the step must be taken again in another
+/// The driver ended loops early (`math::loops`): nothing has been added, and the step must be repeated in another
 /// invocation.
 const PATH_INTERRUPTED: u32 = 2u;
 
-/// A pixel's sums, and the path that is under way in it.
+/// A pixel's sums, and its unfinished path.
 struct PixelProgress {
     sums: PixelSums,
-    /// `sample_ix` has reached the end of the request where all of it is done.
+    /// If all samples of the request are done, `sample_ix` has reached its end.
     path: Path,
-    /// Samples given up because one of their steps alone took more loops than the driver runs. They count as rejected.
+    /// Samples abandoned because a single step took more loop iterations than the driver runs. They count as rejected.
     n_cut: u32,
 }
 
@@ -122,15 +122,15 @@ fn stream_of(settings: PathSettings, pixel: vec2<u32>) -> vec2<u32> {
     return vec2<u32>(pixel.y * settings.size.x + pixel.x, settings.seed);
 }
 
-/// The path that begins a request, `lane` < `n_lanes`.
+/// The first path of a request, `lane` < `n_lanes`.
 fn first_path(camera: Camera, settings: PathSettings, pixel: vec2<u32>, lane: u32) -> Path {
     let n = settings.n_lanes;
     let first = settings.first_sample + (lane + n - settings.first_sample % n) % n;
     return start_path(camera, settings, pixel, first);
 }
 
-/// Follows a lane's paths through one pixel and adds them to its sums, from `begun` on: [`first_path`], or what the call before
-/// returned where `begun.sample_ix` had not reached the end (`first_sample + n_samples`).
+/// Follows a lane's paths through one pixel and adds them to its sums, starting with `begun`: [`first_path`], or what
+/// the previous call returned if its `sample_ix` had not reached the end (`first_sample + n_samples`).
 ///
 /// A finished path is followed by the pixel's next one within the same loop, so that neighbours in
 /// a subgroup do not wait for each other's longest path.
@@ -148,7 +148,7 @@ fn trace_pixel(
     var is_first = true;
     while path.sample_ix < end {
         let outcome = advance(&path, &sums, camera, settings, pixel);
-        // A step that no invocation can take whole is given up, so that every call gets on.
+        // A step that no invocation can finish is abandoned, so that every call makes progress.
         let is_cut = outcome == PATH_INTERRUPTED && is_first;
         if outcome == PATH_INTERRUPTED && !is_first {
             break;
@@ -171,8 +171,8 @@ fn trace_pixel(
     return PixelProgress(sums, path, n_cut);
 }
 
-/// 1 if nothing stands within `distance` [m] along a direction of the hemisphere around the surface's normal (local,
-/// +Z); else 0.
+/// 1 if there is nothing within `distance` [m] along a direction of the hemisphere around the surface's normal (local,
+/// +Z), otherwise 0.
 fn open_along(surface: Surface, local: vec3<f32>, distance: f32) -> f32 {
     let direction = frame_from_normal(surface.shading_normal) * local;
     if dot(direction, surface.geometric_normal) <= 0.0 {
@@ -187,14 +187,14 @@ fn open_along(surface: Surface, local: vec3<f32>, distance: f32) -> f32 {
     return select(1.0, 0.0, any_hit(Ray(origin, 0.0, direction, distance)));
 }
 
-/// 0, which no compiler knows: pictures are narrower than 2³¹ pixels.
+/// 0 in a way that no compiler can know: pictures are narrower than 2³¹ pixels.
 fn unknown_zero(settings: PathSettings) -> u32 {
     return settings.size.x >> 31u;
 }
 
-/// Traces the path's next ray, adds what light it finds, and reflects it. Returns a PATH_ constant.
+/// Traces the path's next ray, adds the light that it finds, and reflects it. Returns a PATH_ constant.
 ///
-/// All rays come before anything is added: an interrupted step leaves no trace.
+/// All rays are traced before anything is added, so that an interrupted step has no effect.
 fn advance(
     path: ptr<function, Path>,
     sums: ptr<function, PixelSums>,
@@ -263,7 +263,7 @@ fn advance(
     }
     add_light(path, depth + 1u, (*path).throughput * reflected.rgb * reflected.a);
 
-    // The last reflection is only followed to find light by chance.
+    // The last reflection is followed only to hit lights by chance.
     if depth == settings.n_bounces && !lights_can_be_hit() {
         return PATH_ENDED;
     }

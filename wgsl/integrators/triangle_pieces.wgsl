@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A piece of the voxelizer's work: a few columns of cells over one triangle (`lucerna::components::voxels::work`).
 //!
-//! Bindings: none of its own; it asks `fields::triangle_work` and the scene seam.
+//! Bindings: none of its own; it uses `fields::triangle_work` and the scene seam.
 #define_import_path lucerna::integrators::triangle_pieces
 
 #import lucerna::components::voxels::grid::VoxelGrid
@@ -9,7 +9,7 @@
 #import lucerna::fields::triangle_work::{triangle_of_piece, work}
 #import lucerna::scene::triangles::{n_triangles, triangle_corners}
 
-/// What an invocation goes through: columns `first` to `end` (excluded) of a triangle's.
+/// The work of an invocation: columns `first` to `end` (excluded) of a triangle.
 struct TrianglePiece {
     /// Index of the triangle in the scene.
     triangle_ix: u32,
@@ -20,7 +20,7 @@ struct TrianglePiece {
     end: u32,
 }
 
-/// How many pieces there are: indices run from 0.
+/// Number of pieces; indices start at 0.
 fn n_pieces() -> u32 {
     return work[n_triangles()];
 }

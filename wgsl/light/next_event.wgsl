@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Next-event estimation without a scene: what a surface may receive or reflect of a light that was drawn for it.
+//! Next-event estimation without a scene: what a surface may receive or reflect from a light that was sampled for it.
 //!
-//! J. Kajiya, "The Rendering Equation", SIGGRAPH 1986 (a ray to a light at each point of a path); weighed against other ways to
-//! find the same light by multiple importance sampling (E. Veach, L. Guibas, "Optimally Combining Sampling Techniques for
-//! Monte Carlo Rendering", SIGGRAPH 1995, multi-sample power heuristic).
+//! J. Kajiya, "The Rendering Equation", SIGGRAPH 1986 (a ray to a light at each point of a path); weighted against
+//! other ways to find the same light by multiple importance sampling (E. Veach, L. Guibas, "Optimally Combining
+//! Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995, multi-sample power heuristic).
 //!
-//! Use: draw a light (`scene::lights`), ask what may arrive of it ([`reflected_of_light`], [`irradiance_of_light`]) and, where
-//! `may_arrive` says so, how much of it is visible: by `scene::shadow_rays`, or by `scene::visibility` with
-//! `sampling::mis::solid_angle_of_sample`. The estimate is `visible · light · weight`.
+//! Use: sample a light (`scene::lights`), compute what may arrive from it ([`reflected_of_light`],
+//! [`irradiance_of_light`]) and, if `may_arrive`, how much of it is visible: by `scene::shadow_rays`, or by
+//! `scene::visibility` with `sampling::mis::solid_angle_of_sample`. The estimate is `visible · light · weight`.
 #define_import_path lucerna::light::next_event
 
 #import lucerna::bsdf::scattering::{Scattering, evaluate_scattering, scattering_pdf}
@@ -15,23 +15,23 @@
 #import lucerna::math::float::all_finite
 #import lucerna::sampling::mis::next_event_weight
 
-/// What may arrive of a drawn light: before anything is known of shadows.
+/// What may arrive from a sampled light, before shadows are known.
 struct NextEvent {
-    /// Irradiance [W·m⁻²] or reflected radiance [W·sr⁻¹·m⁻²], divided by the density of the draw.
+    /// Irradiance [W·m⁻²] or reflected radiance [W·sr⁻¹·m⁻²], divided by the density of the sample.
     light: vec3<f32>,
-    /// Of the draw against the other ways to find the light, in [0, 1]; 1: there is none.
+    /// Weight of the sample against other ways to find the light, in [0, 1]; 1: there are none.
     weight: f32,
-    /// False: `light` is the answer whatever stands between. It is zero then, or not finite where the light is not.
+    /// False: `light` is the answer, with any shadows. It is zero then, or not finite because the light is not.
     may_arrive: bool,
 }
 
-/// What a surface reflects of a light.
+/// The radiance that a surface reflects from a light.
 ///
-/// `to_light`: unit length, world space; `sent`: the light's radiance divided by the density of the draw or, of lights without extent, its
-/// irradiance on a surface that faces it [W·m⁻²]; `pdf`: the density [sr⁻¹], 0 of lights without extent.
-/// `geometric_normal`: unit length, on the viewer's side; `world_from_local`: the frame of `scattering`.
-/// `n_light`, `n_scattered`: samples that are drawn of lights and of reflections, both at least 0; `sent` is divided by
-/// `n_light` already.
+/// `to_light`: unit length, world space; `sent`: the light's radiance divided by the density of the draw or, of lights
+/// without extent, its irradiance on a surface that faces it [W·m⁻²]; `pdf`: the density [sr⁻¹], 0 of lights without
+/// extent. `geometric_normal`: unit length, on the viewer's side; `world_from_local`: the frame of `scattering`.
+/// `n_light`, `n_scattered`: numbers of light samples and of BSDF samples, both at least 0; `sent` is already divided
+/// by `n_light`.
 fn reflected_of_light(
     to_light: vec3<f32>,
     sent: vec3<f32>,
@@ -55,8 +55,8 @@ fn reflected_of_light(
     return NextEvent(reflected, next_event_weight(pdf * n_light, other_pdf * n_scattered), true);
 }
 
-/// The irradiance on a surface by a light, weighed against the chance that one cosine-distributed ray finds it. `to_light`, `sent`,
-/// `pdf`: as of [`reflected_of_light`]; normals: unit length, on the side that is asked about.
+/// The irradiance on a surface by a light, weighted against the chance that one cosine-distributed ray finds it.
+/// `to_light`, `sent`, `pdf`: as in [`reflected_of_light`]; normals: unit length, on the lit side.
 fn irradiance_of_light(
     to_light: vec3<f32>,
     sent: vec3<f32>,

@@ -7,7 +7,7 @@
 
 #import lucerna::math::constants::FLOAT_MAX
 
-/// The narrowest difference of the cone's cosines that is told from a sharp edge (as the extension).
+/// The smallest difference of the cone's cosines that differs from a sharp edge (as in the extension).
 const MIN_CONE_DIFFERENCE: f32 = 0.001;
 
 /// What a light sends to a point.
@@ -16,7 +16,7 @@ struct PunctualSample {
     to_light: vec3<f32>,
     /// [m]; FLOAT_MAX for directional lights.
     distance: f32,
-    /// Irradiance on a surface that faces the light [W·m⁻²]; times the cosine it is E.
+    /// Irradiance on a surface that faces the light [W·m⁻²]; E is this times the cosine.
     normal_irradiance: vec3<f32>,
 }
 
@@ -46,8 +46,8 @@ fn spot_attenuation(cosine: f32, scale: f32, offset: f32) -> f32 {
 
 /// Light of a point light at `at`.
 ///
-/// `intensity`: I [W·sr⁻¹]. `range` [m]: 0 for none. Distances in [1e-18, 1e18]; nearer than that
-/// the light is not seen (0), farther it is too dim for f32.
+/// `intensity`: I [W·sr⁻¹]. `range` [m]: 0 for none. Distances in [1e-18, 1e18]; nearer, the result is 0; farther, the
+/// light is too dim for f32.
 fn sample_point_light(
     position: vec3<f32>,
     intensity: vec3<f32>,
@@ -66,8 +66,8 @@ fn sample_point_light(
 
 /// Light of a spot at `at`.
 ///
-/// `direction`: of the axis, along which light travels, unit length. `scale`, `offset`: from
-/// [`spot_cone`]. Otherwise as [`sample_point_light`].
+/// `direction`: of the axis, in which light travels, unit length. `scale`, `offset`: from [`spot_cone`]. Otherwise as
+/// [`sample_point_light`].
 fn sample_spot_light(
     position: vec3<f32>,
     direction: vec3<f32>,
@@ -82,8 +82,8 @@ fn sample_spot_light(
     return light;
 }
 
-/// Light from infinitely far away. `direction`: along which light travels, unit length.
-/// `irradiance`: on a surface that faces it [W·m⁻²].
+/// Light from infinitely far away. `direction`: in which light travels, unit length. `irradiance`: on a surface that
+/// faces it [W·m⁻²].
 fn sample_directional_light(direction: vec3<f32>, irradiance: vec3<f32>) -> PunctualSample {
     return PunctualSample(-direction, FLOAT_MAX, irradiance);
 }

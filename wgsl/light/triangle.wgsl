@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Triangles that shine.
+//! Emissive triangles.
 //!
-//! Points are drawn uniformly by area; density in solid angle at the receiver: d²/(|cos|·area) with
-//! the cosine at the light.
+//! Points are sampled uniformly by area; density in solid angle at the receiver: d²/(|cos|·area) with the cosine at the
+//! light.
 #define_import_path lucerna::light::triangle
 
 #import lucerna::geometry::barycentric::interpolate_vec3
@@ -22,7 +22,7 @@ struct TriangleLightSample {
     cosine: f32,
 }
 
-/// The normal by winding with the triangle's area for its length [m²].
+/// The normal by winding, with the triangle's area as its length [m²].
 fn triangle_area_vector(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
     return 0.5 * cross(b - a, c - a);
 }
@@ -32,8 +32,8 @@ fn triangle_area(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> f32 {
     return length(triangle_area_vector(a, b, c));
 }
 
-/// Density in solid angle with which [`sample_triangle_light`] draws the point at `distance` [m]
-/// in the direction `to_light` (unit length) [sr⁻¹]; 0 for a triangle that is edge-on or has no area.
+/// Density in solid angle with which [`sample_triangle_light`] samples the point at `distance` [m] in the direction
+/// `to_light` (unit length) [sr⁻¹]; 0 for a triangle that is edge-on or has no area.
 fn pdf_triangle_light(
     a: vec3<f32>,
     b: vec3<f32>,
@@ -45,7 +45,7 @@ fn pdf_triangle_light(
     return select(0.0, distance * distance / projected, projected > 0.0);
 }
 
-/// Draws a point of the triangle for a receiver at `at`. `u`: uniform in [0, 1)².
+/// Samples a point of the triangle for a receiver at `at`. `u`: uniform in [0, 1)².
 fn sample_triangle_light(
     a: vec3<f32>,
     b: vec3<f32>,

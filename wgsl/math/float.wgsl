@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Questions about the bits of an f32.
+//! Tests on the bits of an f32.
 //!
 //! WGSL lets a compiler assume that no value is NaN or infinite, so `x != x` may be folded to
 //! `false`; the bits cannot be.

@@ -10,7 +10,7 @@
 ///
 /// `normal`: unit length. The columns are orthonormal to 4e-7.
 fn frame_from_normal(normal: vec3<f32>) -> mat3x3<f32> {
-    // copysign(1, z): minus zero counts as negative, either is right.
+    // copysign(1, z): minus zero counts as negative; either sign is right.
     let side = select(1.0, -1.0, normal.z < 0.0);
     let a = -1.0 / (side + normal.z);
     let b = normal.x * normal.y * a;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sums that stop at the largest number instead of wrapping.
+//! Sums that saturate at the largest number instead of wrapping.
 #define_import_path lucerna::math::saturating
 
 /// min(a + b, 2³² − 1). Associative and commutative, so it can be scanned.

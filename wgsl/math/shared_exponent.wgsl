@@ -2,9 +2,8 @@
 //! Three numbers ≥ 0 as 9-bit mantissas with one 5-bit exponent (RGB9E5, WebGPU's
 //! `rgb9e5ufloat`).
 //!
-//! The algorithm of OpenGL's EXT_texture_shared_exponent, to the bit. The number is
-//! mantissa · 2^(exponent − 24); x in bits 0–8, y in 9–17, z in 18–26, the exponent in 27–31.
-//! 0x84020100 holds (1, 1, 1), for example.
+//! The algorithm of OpenGL's EXT_texture_shared_exponent, bit for bit. The number is mantissa · 2^(exponent − 24); x in
+//! bits 0–8, y in 9–17, z in 18–26, the exponent in 27–31. 0x84020100 holds (1, 1, 1), for example.
 #define_import_path lucerna::math::shared_exponent
 
 /// The largest number, 511 · 2⁷.
@@ -12,12 +11,10 @@ const SHARED_EXPONENT_MAX: f32 = 65408.0;
 
 /// Three numbers with one exponent, rounded to nearest, ties up.
 ///
-/// Any f32: negative numbers and NaN become 0; what lies above 65408, infinity too, becomes
-/// that. The error of each is at most 1/511 of the largest of the three and, where that is below
-/// 2⁻¹⁶, at most 2⁻²⁵.
+/// Any f32: negative numbers and NaN become 0; numbers above 65408, including infinity, become 65408. The error of each
+/// is at most 1/511 of the largest of the three and, if that is below 2⁻¹⁶, at most 2⁻²⁵.
 fn pack_shared_exponent(v: vec3<f32>) -> u32 {
-    // Bits of numbers ≥ 0 are in the numbers' order; those of negative numbers and NaN lie above
-    // those of infinity.
+    // Bits of numbers ≥ 0 have the order of the numbers; those of negative numbers and NaN are above those of infinity.
     let raw = bitcast<vec3<u32>>(v);
     let number = select(raw, vec3<u32>(0u), raw > vec3<u32>(0x7f800000u));
     let bits = min(number, vec3<u32>(bitcast<u32>(SHARED_EXPONENT_MAX)));

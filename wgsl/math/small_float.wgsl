@@ -12,7 +12,7 @@
 const SMALL_FLOAT_MAX: vec3<f32> = vec3<f32>(65024.0, 65024.0, 64512.0);
 /// The smallest number with a full mantissa; spacing is even below.
 const SMALL_FLOAT_MIN_NORMAL: f32 = 6.103515625e-5;
-/// Mantissa bits that an f32 has more.
+/// Additional mantissa bits of an f32.
 const DROPPED_BITS: vec3<u32> = vec3<u32>(17u, 17u, 18u);
 /// 1 / spacing below SMALL_FLOAT_MIN_NORMAL: 2²⁰ and 2¹⁹.
 const SUBNORMAL_SCALE: vec3<f32> = vec3<f32>(1048576.0, 1048576.0, 524288.0);
@@ -21,19 +21,19 @@ const REBIAS: u32 = 0x38000000u;
 
 /// Three numbers as 11, 11 and 10 bits, rounded to nearest, ties to even.
 ///
-/// Any f32: negative numbers and NaN become 0; what lies above the largest finite number, infinity
-/// too, becomes that. From 2⁻¹⁴ on the error is at most 2⁻⁷ (x, y) and 2⁻⁶ (z) of the number;
+/// Any f32: negative numbers and NaN become 0; numbers above the largest finite one, including
+/// infinity, become that. From 2⁻¹⁴ on the error is at most 2⁻⁷ (x, y) and 2⁻⁶ (z) of the number;
 /// below, at most 2⁻²¹ and 2⁻²⁰.
 fn pack_small_float(v: vec3<f32>) -> u32 {
-    // Bits of numbers ≥ 0 are in the numbers' order; those of negative numbers and NaN lie above
-    // those of infinity.
+    // Bits of numbers ≥ 0 have the order of the numbers; those of negative numbers and NaN are
+    // above those of infinity.
     let raw = bitcast<vec3<u32>>(v);
     let number = select(raw, vec3<u32>(0u), raw > vec3<u32>(0x7f800000u));
     let bits = min(number, bitcast<vec3<u32>>(SMALL_FLOAT_MAX));
 
     let odd = (bits >> DROPPED_BITS) & vec3<u32>(1u);
     let half = vec3<u32>(1u) << (DROPPED_BITS - vec3<u32>(1u));
-    // Garbage where the number is subnormal, and not taken there.
+    // Garbage if the number is subnormal, but not used in that case.
     let normal = (bits - vec3<u32>(REBIAS) + half - vec3<u32>(1u) + odd) >> DROPPED_BITS;
     let subnormal = vec3<u32>(round(bitcast<vec3<f32>>(bits) * SUBNORMAL_SCALE));
     let is_subnormal = bits < vec3<u32>(bitcast<u32>(SMALL_FLOAT_MIN_NORMAL));
@@ -41,7 +41,7 @@ fn pack_small_float(v: vec3<f32>) -> u32 {
     return packed.x | (packed.y << 11u) | (packed.z << 22u);
 }
 
-/// The three numbers of [`pack_small_float`], exactly. A word from elsewhere may hold infinity
+/// The three numbers of [`pack_small_float`], exactly. A word from another source may hold infinity
 /// (exponent 31, mantissa 0) or NaN (exponent 31, other mantissas).
 fn unpack_small_float(packed: u32) -> vec3<f32> {
     let fields = vec3<u32>(packed & 0x7ffu, (packed >> 11u) & 0x7ffu, packed >> 22u);

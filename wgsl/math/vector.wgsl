@@ -2,12 +2,12 @@
 //! Small helpers on vectors.
 #define_import_path lucerna::math::vector
 
-/// `v / |v|`, or `fallback` where `v` is zero, NaN, or too small or large for f32 to hold its
-/// square (|v| outside [1e-15, 3e18]). Each component is right to 4e-7 of itself.
+/// `v / |v|`, or `fallback` if `v` is zero, NaN, or too small or large for f32 to hold its square
+/// (|v| outside [1e-15, 3e18]). The relative error of each component is at most 4e-7.
 fn safe_normalize(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
     let square = dot(v, v);
     // From 1e-30 on, squares of components that are flushed to zero (below 1.2e-38) do not matter.
-    // A comparison with NaN is false, so a NaN falls back too.
+    // A comparison with NaN is false, so NaN also gives the fallback.
     if square >= 1e-30 && square <= 1e37 {
         return v * inverseSqrt(square);
     }

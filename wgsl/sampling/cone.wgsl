@@ -9,7 +9,7 @@
 /// A unit vector, uniformly distributed over the solid angle of the cone. `u` is uniform in [0, 1)².
 fn sample_uniform_cone(u: vec2<f32>, cos_max: f32) -> vec3<f32> {
     let below_one = u.x * (1.0 - cos_max);
-    // √(1 − z²) without its cancellation: narrow cones keep their shape.
+    // √(1 − z²) without cancellation, so that narrow cones keep their shape.
     let radius = sqrt(below_one * (2.0 - below_one));
     let phi = TWO_PI * u.y;
     return vec3<f32>(radius * cos(phi), radius * sin(phi), 1.0 - below_one);

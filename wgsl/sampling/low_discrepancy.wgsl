@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Points that fill the unit interval and square more evenly than random ones.
+//! Points that fill the unit interval and the unit square more evenly than random ones.
 //!
 //! * Radical inverse in base 2 (van der Corput 1935) and Hammersley's set (1960).
 //! * R2: M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
@@ -8,7 +8,7 @@
 //!   S. Laine, T. Karras, "Stratified Sampling for Stochastic Transparency", EGSR 2011, with the
 //!   constants of N. Vegdahl, 2021, which mix better.
 //!
-//! Bits are fractions of 2³²; `sampling::pcg::unit_float` makes numbers in [0, 1) of them.
+//! Bits are fractions of 2³²; `sampling::pcg::unit_float` converts them to numbers in [0, 1).
 #define_import_path lucerna::sampling::low_discrepancy
 
 #import lucerna::sampling::pcg::{pcg, unit_float}
@@ -22,7 +22,8 @@ fn radical_inverse_bits(ix: u32) -> u32 {
     return reverseBits(ix);
 }
 
-/// The radical inverse of `ix` in base 2, in [0, 1); exact for `ix` < 2²⁴, else cut to 24 digits.
+/// The radical inverse of `ix` in base 2, in [0, 1); exact for `ix` < 2²⁴, otherwise cut to 24
+/// digits.
 fn radical_inverse(ix: u32) -> f32 {
     return unit_float(reverseBits(ix));
 }
@@ -33,7 +34,7 @@ fn hammersley(ix: u32, n: u32) -> vec2<f32> {
 }
 
 /// Point `ix` of the R2 sequence: ½ + ix·(1/g, 1/g²) modulo 1, in fixed point, so that it does not
-/// coarsen as `ix` grows: error ix·2⁻³³ + 2⁻²⁴.
+/// become coarser as `ix` grows: error ix·2⁻³³ + 2⁻²⁴.
 fn r_two(ix: u32) -> vec2<f32> {
     return vec2<f32>(
         unit_float(0x80000000u + ix * INVERSE_PLASTIC),
@@ -53,7 +54,7 @@ fn sobol_bits(ix: u32) -> vec2<u32> {
     return vec2<u32>(reverseBits(ix), second);
 }
 
-/// A permutation of the 2³² integers by `seed` in which each bit is changed by lower ones alone.
+/// A permutation of the 2³² integers by `seed` in which only lower bits affect each bit.
 fn laine_karras_permutation(x: u32, seed: u32) -> u32 {
     var y = x ^ (x * 0x3d20adeau);
     y += seed;
@@ -65,7 +66,7 @@ fn laine_karras_permutation(x: u32, seed: u32) -> u32 {
 
 /// Owen's nested uniform scrambling of `bits`: each digit is flipped by a hash of those before it.
 ///
-/// A permutation that keeps every elementary interval one: nets stay nets.
+/// A permutation that maps elementary intervals to elementary intervals, so that nets stay nets.
 fn owen_scramble(bits: u32, seed: u32) -> u32 {
     return reverseBits(laine_karras_permutation(reverseBits(bits), seed));
 }
@@ -73,7 +74,7 @@ fn owen_scramble(bits: u32, seed: u32) -> u32 {
 /// Point `ix` of Sobol's sequence, shuffled and scrambled by `seed`, in [0, 1)².
 ///
 /// Every aligned power of two of points is a (0,2)-net; different seeds give independent nets, so
-/// that higher dimensions are padded with another seed each.
+/// use another seed for each pair of higher dimensions.
 fn sobol_owen(ix: u32, seed: u32) -> vec2<f32> {
     let mixed = pcg(seed);
     let bits = sobol_bits(owen_scramble(ix, mixed));

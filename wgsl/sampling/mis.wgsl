@@ -4,9 +4,8 @@
 //! E. Veach, L. Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995.
 #define_import_path lucerna::sampling::mis
 
-/// Balance heuristic (eq. 14): the weight of a sample drawn with density `pdf` where the other
-/// strategy would have had `other_pdf`. Both ≥ 0 in the same measure, their sum up to 2¹²⁶ (GPUs need not divide by more); 0 if
-/// both are 0.
+/// Balance heuristic (eq. 14): the weight of a sample of density `pdf`, for which the other strategy's density is
+/// `other_pdf`. Both ≥ 0 in the same measure, their sum up to 2¹²⁶ (GPUs need not divide by more); 0 if both are 0.
 fn balance_heuristic(pdf: f32, other_pdf: f32) -> f32 {
     let sum = pdf + other_pdf;
     return select(0.0, pdf / sum, sum > 0.0);
@@ -25,15 +24,16 @@ fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
     return squares.x / (squares.x + squares.y);
 }
 
-/// The weight of a drawn light against other ways that find it, in [0, 1].
+/// The weight of a light sample against other ways to find the light, in [0, 1].
 ///
-/// `light_pdf`: of the draw, `other_pdf`: of the other way, each times its number of samples [sr⁻¹]. A light without extent
-/// (`light_pdf` 0) is found by the draw alone.
+/// `light_pdf`: density of the light sample, `other_pdf`: that of the other way, each times its number of samples
+/// [sr⁻¹]. A light without extent (`light_pdf` 0) is found only by light samples.
 fn next_event_weight(light_pdf: f32, other_pdf: f32) -> f32 {
     return select(power_heuristic(light_pdf, other_pdf), 1.0, light_pdf == 0.0);
 }
 
-/// What one sample of a light stands for [sr]; 0 for lights without extent (`pdf` 0). `pdf`: times the number of samples.
+/// The solid angle that one sample of a light represents [sr]; 0 for lights without extent (`pdf` 0). `pdf`: times the
+/// number of samples.
 fn solid_angle_of_sample(pdf: f32) -> f32 {
     return select(0.0, 1.0 / pdf, pdf > 0.0);
 }

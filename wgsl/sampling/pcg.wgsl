@@ -5,14 +5,14 @@
 //! `pcg4d`. The same input gives the same bits on every machine.
 #define_import_path lucerna::sampling::pcg
 
-/// One well-mixed 32-bit number of one.
+/// Hashes one 32-bit number to one well-mixed number.
 fn pcg(v: u32) -> u32 {
     let state = v * 747796405u + 2891336453u;
     let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
     return (word >> 22u) ^ word;
 }
 
-/// Three well-mixed 32-bit numbers of three.
+/// Hashes three 32-bit numbers to three well-mixed numbers.
 fn pcg3d(v: vec3<u32>) -> vec3<u32> {
     var w = v * 1664525u + 1013904223u;
     w.x += w.y * w.z;
@@ -25,7 +25,7 @@ fn pcg3d(v: vec3<u32>) -> vec3<u32> {
     return w;
 }
 
-/// Four well-mixed 32-bit numbers of four.
+/// Hashes four 32-bit numbers to four well-mixed numbers.
 fn pcg4d(v: vec4<u32>) -> vec4<u32> {
     var w = v * 1664525u + 1013904223u;
     w.x += w.y * w.w;
@@ -40,7 +40,7 @@ fn pcg4d(v: vec4<u32>) -> vec4<u32> {
     return w;
 }
 
-/// A number in [0, 1) of the 24 high bits; every result is a multiple of 2⁻²⁴.
+/// A number in [0, 1) from the 24 high bits; every result is a multiple of 2⁻²⁴.
 fn unit_float(bits: u32) -> f32 {
     return f32(bits >> 8u) * 5.9604644775390625e-8;
 }

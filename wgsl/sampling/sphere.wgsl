@@ -9,7 +9,7 @@
 /// A uniformly distributed unit vector.
 fn sample_uniform_sphere(u: vec2<f32>) -> vec3<f32> {
     let z = 1.0 - 2.0 * u.x;
-    // √(1 − z²) without its cancellation.
+    // √(1 − z²) without cancellation.
     let radius = 2.0 * sqrt(u.x * (1.0 - u.x));
     let phi = TWO_PI * u.y;
     return vec3<f32>(radius * cos(phi), radius * sin(phi), z);

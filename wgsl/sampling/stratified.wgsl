@@ -8,8 +8,8 @@
 
 /// The point of stratum `ix` of `n` on [0, 1): (ix + jitter)/n.
 ///
-/// `ix` < `n` ≤ 2²⁴; `jitter`: uniform in [0, 1). Rounding may bring a jitter within ix·6e-8 of 1 to
-/// the next stratum's border, but never to 1.
+/// `ix` < `n` ≤ 2²⁴; `jitter`: uniform in [0, 1). Rounding may move a jitter within ix·6e-8 of 1 to the next stratum's
+/// border, but never to 1.
 fn stratified_number(ix: u32, n: u32, jitter: f32) -> f32 {
     return min((f32(ix) + jitter) / f32(n), ONE_BELOW);
 }

@@ -1,36 +1,36 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: the scene's data as lucerna keeps it, in bind group 0.
+//! Scene seam: the scene's data as lucerna stores it, in bind group 0.
 //!
-//! A renderer with a scene of its own replaces the modules of `scene/` that kernels ask (`rays`, `triangles`,
-//! `surface`, `lights`, `light_rays`, `sky`), keeps `types`, and need not have this one. Storage buffers: 3 here and 1 in
+//! A renderer with its own scene replaces the modules of `scene/` that kernels use (`rays`, `triangles`, `surface`,
+//! `lights`, `light_rays`, `sky`), keeps `types`, and does not need this one. Storage buffers: 3 here and 1 in
 //! `scene/rays`. (Materials are in a texture, so that a kernel has 4 storage buffers for itself.)
 #define_import_path lucerna::scene::data
 
-/// The triangle's material cuts parts away by alpha.
+/// The triangle's material removes parts by alpha.
 const TRIANGLE_ALPHA_TESTED: u32 = 1u;
 /// The triangle belongs to an instance that moves.
 const TRIANGLE_MOVING: u32 = 2u;
 
-/// What does not change over a frame.
+/// Data that does not change during a frame.
 struct SceneInfo {
     /// World-space box of all triangles [m].
     bounds_min: vec3<f32>,
     n_triangles: u32,
     bounds_max: vec3<f32>,
     n_lights: u32,
-    /// Factor on the sky's image, or the radiance itself where there is none [W·sr⁻¹·m⁻²].
+    /// Factor of the sky's image, or the radiance itself if there is none [W·sr⁻¹·m⁻²].
     sky_radiance: vec3<f32>,
     /// 1: the sky has an image.
     sky_has_image: u32,
     /// Texels of the sky's image.
     sky_size: vec2<u32>,
-    /// Which of `lights` is the sky; NONE if it is black.
+    /// Index of the sky in `lights`; NONE if it is black.
     sky_light: u32,
-    /// 1: every surface is Lambert with the base colour as albedo.
+    /// 1: every surface is Lambertian with the base colour as albedo.
     diffuse_only: u32,
-    /// Lights that a ray can hit: emissive triangles and the sky.
+    /// Number of lights that a ray can hit: emissive triangles and the sky.
     n_hittable_lights: u32,
-    /// Point, spot and directional lights: the first entries of `lights`.
+    /// Number of point, spot and directional lights: the first entries of `lights`.
     n_punctual_lights: u32,
     reserved_a: u32,
     reserved_b: u32,
@@ -45,7 +45,7 @@ struct Triangle {
     /// Index into `materials`.
     material: u32,
     corner_c: vec3<f32>,
-    /// Index into `lights`, or NONE where the triangle does not shine.
+    /// Index into `lights`, or NONE if the triangle does not emit light.
     light: u32,
 }
 
@@ -56,7 +56,7 @@ const SHADING_HAS_NORMALS: u32 = 2u;
 /// The colours are not all white.
 const SHADING_HAS_COLORS: u32 = 4u;
 
-/// What shading needs of a triangle, same order. Arrays run over the three corners.
+/// A triangle's data for shading, in the same order. Arrays are over the three corners.
 struct TriangleShading {
     /// World-space normals, `octahedral::pack_direction`.
     normals: vec3<u32>,
@@ -68,12 +68,12 @@ struct TriangleShading {
     /// Texture coordinates of sets 0 and 1, before texture transforms.
     uv_first: array<vec2<f32>, 3>,
     uv_second: array<vec2<f32>, 3>,
-    /// Linear RGBA, 2×`pack2x16unorm` a corner.
+    /// Linear RGBA, 2×`pack2x16unorm` per corner.
     colors: array<vec2<u32>, 3>,
     reserved_pair: vec2<u32>,
 }
 
-/// Where a material's texture lies in the atlas and how it is read.
+/// Where a material's texture is in the atlas, and how it is read.
 struct TextureSlot {
     /// Image u = dot(row_u, (u, v, 1)).
     row_u: vec3<f32>,
@@ -82,7 +82,7 @@ struct TextureSlot {
     row_v: vec3<f32>,
     /// Array layer of the atlas.
     layer: u32,
-    /// First texel of mip 0; mip 1 stands to the right of mip 0, each further one below the last.
+    /// First texel of mip 0; mip 1 is to the right of mip 0, each further one below the last.
     origin: vec2<u32>,
     /// Texels of mip 0; 0: there is no texture.
     size: vec2<u32>,
@@ -108,7 +108,7 @@ struct Material {
     metallic: f32,
     roughness: f32,
     normal_scale: f32,
-    /// Present where alpha ≥ cutoff; negative: opaque.
+    /// The surface is present where alpha ≥ cutoff; negative: opaque.
     alpha_cutoff: f32,
     /// MATERIAL_ bits.
     flags: u32,
@@ -118,11 +118,11 @@ struct Material {
     emission_texture: TextureSlot,
 }
 
-/// Emission leaves both faces.
+/// Both sides emit light.
 const MATERIAL_DOUBLE_SIDED: u32 = 1u;
 /// Size of a material, 240 bytes, in texels of four words.
 const MATERIAL_TEXELS: u32 = 15u;
-/// So that a row of texels has no more than 8192.
+/// Limits a row to 8192 texels.
 const MATERIALS_PER_ROW: u32 = 512u;
 
 /// Kinds of light.
@@ -132,30 +132,30 @@ const LIGHT_DIRECTIONAL: u32 = 2u;
 const LIGHT_TRIANGLE: u32 = 3u;
 const LIGHT_SKY: u32 = 4u;
 
-/// A light and its entry in the alias table from which lights are drawn.
+/// A light and its entry in the alias table from which lights are sampled.
 struct Light {
-    /// [m]; of point and spot.
+    /// [m]; for point and spot.
     position: vec3<f32>,
     /// LIGHT_ constant.
     kind: u32,
-    /// Along which light travels, unit length; of spot and directional.
+    /// Direction in which light travels, unit length; for spot and directional.
     direction: vec3<f32>,
-    /// Index into `triangles`; of triangles.
+    /// Index into `triangles`; for triangles.
     triangle: u32,
-    /// Radiant intensity [W·sr⁻¹]; irradiance [W·m⁻²] of directional.
+    /// Radiant intensity [W·sr⁻¹]; irradiance [W·m⁻²] for directional.
     intensity: vec3<f32>,
     /// glTF's range [m]; 0: none.
     range: f32,
     /// Spot: intensity = I · clamp(cos·scale + offset, 0, 1)².
     spot_scale: f32,
     spot_offset: f32,
-    /// Probability with which the table draws this light.
+    /// Probability with which the table samples this light.
     probability: f32,
-    /// Alias table (Vose): keep this entry where the random number is below, else take `alias_ix`.
+    /// Alias table (Vose): this entry is sampled if the random number is below this, otherwise `alias_ix` is.
     alias_threshold: f32,
     alias_ix: u32,
-    /// The same three of a second table, over the lights that a ray can hit alone. (The entries
-    /// behind the punctual ones; 0 of those.)
+    /// The same three for a second table, over only the lights that a ray can hit. (These are the entries after the
+    /// punctual ones; 0 for those.)
     hittable_probability: f32,
     hittable_threshold: f32,
     hittable_alias_ix: u32,
@@ -174,7 +174,7 @@ struct Light {
 /// Cumulative distribution over the sky's texels: column 0 over the rows, then within each row.
 @group(0) @binding(8) var sky_distribution: texture_2d<f32>;
 
-/// A material. (Compilers drop the loads of what is not used of it.)
+/// A material. (Compilers drop the loads of unused parts.)
 fn material_at(material_ix: u32) -> Material {
     let x = MATERIAL_TEXELS * (material_ix % MATERIALS_PER_ROW);
     let y = material_ix / MATERIALS_PER_ROW;
@@ -195,7 +195,7 @@ fn material_at(material_ix: u32) -> Material {
     return material;
 }
 
-/// The texture slot whose words begin at a texel.
+/// The texture slot whose words start at a texel.
 fn texture_slot_at(texel: vec2<u32>) -> TextureSlot {
     let first = textureLoad(material_words, texel, 0);
     let second = textureLoad(material_words, texel + vec2<u32>(1u, 0u), 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: rays that leave lights.
+//! Scene seam: rays that start at lights.
 //!
 //! Interface: `punctual_ray`, `extended_ray`. *Punctual* lights
 //! are point, spot and directional, the first `scene.n_lights − scene.n_hittable_lights` entries;
@@ -24,7 +24,7 @@
 /// The ray of a punctual light. `u`: uniform in [0, 1)².
 ///
 /// Point: uniform over the sphere. Spot: uniform over the solid angle of its outer cone.
-/// Directional: parallel rays, uniform over the disc that the scene's bounding sphere shows them.
+/// Directional: parallel rays, uniform over the disc of the scene's bounding sphere.
 fn punctual_ray(light_ix: u32, u: vec2<f32>) -> LightRay {
     let kind = lights[light_ix].kind;
     if kind == LIGHT_POINT {
@@ -42,20 +42,20 @@ fn punctual_ray(light_ix: u32, u: vec2<f32>) -> LightRay {
 /// A ray along `direction` (unit length) through the scene's bounding sphere, uniform over its disc.
 fn ray_from_far(direction: vec3<f32>, u: vec2<f32>) -> LightRay {
     let center = 0.5 * (scene.bounds_min + scene.bounds_max);
-    // A little more than half the diagonal: rounding must not start a ray inside the scene.
+    // A little more than half the diagonal, because rounding must not start a ray inside the scene.
     let radius = 0.5001 * length(scene.bounds_max - scene.bounds_min);
     let disc = radius * sample_uniform_disc(u);
     let across = frame_from_normal(direction) * vec3<f32>(disc, 0.0);
     return LightRay(center + across - radius * direction, direction);
 }
 
-/// A ray from the emissive triangles and the sky: a light by its share of the power, a place by
-/// area, a direction by the cosine; of the sky a direction by its radiance, a place on the disc.
+/// A ray from the emissive triangles and the sky: a light sampled by its share of the power, a place by area, a
+/// direction by the cosine; for the sky, a direction by its radiance and a place on the disc.
 ///
 /// There must be such a light (`scene.n_hittable_lights` > 0). `u`, `v`: uniform in [0, 1)⁴.
-/// `u.xy` makes the direction of triangles and the place on the sky's disc, `u.zw` the other one,
-/// `v.xy` choose the light, `v.z` the side of a double-sided triangle. (Draws of punctual lights
-/// fall evenly to the extended ones.)
+/// `u.xy` gives the direction for triangles and the place on the sky's disc, `u.zw` the other one, `v.xy` chooses the
+/// light, `v.z` the side of a double-sided triangle. (The probability of punctual lights goes evenly to the extended
+/// ones.)
 fn extended_ray(u: vec4<f32>, v: vec4<f32>) -> LightRay {
     let n_punctual = scene.n_lights - scene.n_hittable_lights;
     let entry = min(u32(v.x * f32(scene.n_lights)), scene.n_lights - 1u);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: drawing a light, and the density with which one would have been drawn.
+//! Scene seam: sampling a light, and the density with which one would have been sampled.
 //!
 //! Interface; of all lights: `sample_light`, `pdf_of_emitter`, `pdf_of_sky`,
 //! `lights_can_be_hit`; of those that a ray can hit (emissive triangles and the sky) alone:
@@ -19,7 +19,7 @@
 #import lucerna::light::triangle::{sample_triangle_light, pdf_triangle_light, triangle_area_vector}
 #import lucerna::math::constants::FLOAT_MAX
 
-/// Draws one of the lights for a point. Nothing arrives where `weight` is zero.
+/// Samples one of the lights for a point. If `weight` is zero, nothing arrives.
 ///
 /// `u`: uniform in [0, 1)⁴: x chooses an entry, y, z a place on it, w between entry and alias.
 fn sample_light(at: vec3<f32>, u: vec4<f32>) -> LightSample {
@@ -37,7 +37,7 @@ fn sample_light(at: vec3<f32>, u: vec4<f32>) -> LightSample {
     return out;
 }
 
-/// As [`sample_light`], drawing only among emissive triangles and the sky.
+/// As [`sample_light`], but only among emissive triangles and the sky.
 fn sample_hittable_light(at: vec3<f32>, u: vec4<f32>) -> LightSample {
     let n = scene.n_lights - scene.n_punctual_lights;
     if n == 0u {
@@ -49,15 +49,15 @@ fn sample_hittable_light(at: vec3<f32>, u: vec4<f32>) -> LightSample {
     return sample_hittable(light_ix, at, u.yz, lights[light_ix].hittable_probability);
 }
 
-/// How many lights [`punctual_light`] knows.
+/// Number of lights that [`punctual_light`] knows.
 fn n_punctual_lights() -> u32 {
     return scene.n_punctual_lights;
 }
 
-/// All that one of the lights without extent sends to a point, `ix` < [`n_punctual_lights`]:
-/// `weight` is the irradiance on a surface that faces it [W·m⁻²], `pdf` is 0.
+/// The light that one of the lights without extent sends to a point, `ix` < [`n_punctual_lights`]: `weight` is the
+/// irradiance on a surface that faces it [W·m⁻²], `pdf` is 0.
 fn punctual_light(ix: u32, at: vec3<f32>) -> LightSample {
-    // Field by field: a light is 80 bytes, and each kind needs few of them.
+    // Read field by field, because a light is 80 bytes, and each kind needs only a few of them.
     let kind = lights[ix].kind;
     var found: PunctualSample;
     if kind == LIGHT_DIRECTIONAL {
@@ -78,7 +78,7 @@ fn punctual_light(ix: u32, at: vec3<f32>) -> LightSample {
     return LightSample(found.to_light, found.distance, lights[ix].position, 0.0, found.normal_irradiance, ix);
 }
 
-/// Nothing.
+/// A sample without light.
 fn no_light(at: vec3<f32>) -> LightSample {
     return LightSample(vec3<f32>(0.0, 1.0, 0.0), FLOAT_MAX, at, 0.0, vec3<f32>(0.0), NONE);
 }
@@ -126,8 +126,8 @@ fn sample_emitter(triangle_ix: u32, at: vec3<f32>, u: vec2<f32>, probability: f3
     return out;
 }
 
-/// The density with which [`sample_light`] would have drawn a point of an emissive triangle that a
-/// ray has hit [sr⁻¹]. `direction`: of the ray, unit length; `distance`: to the point [m].
+/// The density with which [`sample_light`] would have sampled a point of an emissive triangle that a ray has hit
+/// [sr⁻¹]. `direction`: that of the ray, unit length; `distance`: to the point [m].
 fn pdf_of_emitter(triangle_ix: u32, direction: vec3<f32>, distance: f32) -> f32 {
     let light_ix = triangles[triangle_ix].light;
     if light_ix == NONE {
@@ -153,7 +153,7 @@ fn pdf_on_emitter(triangle_ix: u32, direction: vec3<f32>, distance: f32) -> f32 
     return pdf_triangle_light(a, b, c, direction, distance);
 }
 
-/// The density with which [`sample_light`] would have drawn a direction of the sky [sr⁻¹].
+/// The density with which [`sample_light`] would have sampled a direction of the sky [sr⁻¹].
 fn pdf_of_sky(direction: vec3<f32>) -> f32 {
     if scene.sky_light == NONE {
         return 0.0;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: what a pixel of the picture sees. This one reads lucerna's G-buffer (`frame::gbuffer`).
+//! Scene seam: the surface that a pixel of the picture sees. This one reads lucerna's G-buffer (`frame::gbuffer`).
 //!
-//! Interface: `view`, `pixel_surface`, `pixel_distance`. Its bindings are those of group 2, apart from the scene's, so that
-//! a renderer with a G-buffer of its own replaces this module alone. `view` has binding 0, whatever stands beside it.
+//! Interface: `view`, `pixel_surface`, `pixel_distance`. Its bindings are in group 2, separate from the scene's, so
+//! that a renderer with its own G-buffer replaces only this module. `view` always has binding 0.
 #define_import_path lucerna::scene::pixel
 
 #import lucerna::frame::gbuffer::{GBufferSurface, GBufferTexels, decode_gbuffer}
@@ -25,7 +25,7 @@ fn pixel_surface(pixel: vec2<u32>) -> GBufferSurface {
     return decode_gbuffer(view, pixel, texels);
 }
 
-/// Distance along the view axis to the surface in a pixel [m]; 0 where there is none.
+/// Distance along the view axis to the surface in a pixel [m]; 0 if there is none.
 fn pixel_distance(pixel: vec2<u32>) -> f32 {
     let depth = textureLoad(depth_texture, pixel, 0);
     return select(0.0, view.near / depth, depth > 0.0);

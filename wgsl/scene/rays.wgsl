@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: which triangle a ray meets. Implementation: a compressed wide BVH in a storage buffer.
+//! Scene seam: which triangle a ray hits. Implementation: a compressed wide BVH in a storage buffer.
 //!
 //! Interface: `nearest_hit`, `any_hit`.
 //!
-//! H. Ylitie, T. Karras, S. Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
-//! Wide BVHs", HPG 2017: 8 children a node in 80 bytes, boxes quantised to 8 bits, children visited
-//! by octant order without a sort. Nodes as the crate obvhs builds them.
+//! H. Ylitie, T. Karras, S. Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017:
+//! 8 children per node in 80 bytes, boxes quantised to 8 bits, children visited by octant order without a sort. The
+//! nodes are those that the crate obvhs builds.
 //!
 //! Both functions honour the alpha masks of materials.
 #define_import_path lucerna::scene::rays
@@ -23,9 +23,9 @@ struct BvhNode {
     origin: vec3<f32>,
     /// Three biased exponents of the grid's cell, then the mask of inner children.
     exponents_and_mask: u32,
-    /// First child node, first triangle, and a byte a child: what it is and where it lies.
+    /// First child node, first triangle, and a byte per child: what it is and where it is.
     base_and_meta: vec4<u32>,
-    /// A byte a child: min 0–3, min 4–7, max 0–3, max 4–7.
+    /// One byte per child: min 0–3, min 4–7, max 0–3, max 4–7.
     bounds_x: vec4<u32>,
     bounds_y: vec4<u32>,
     bounds_z: vec4<u32>,
@@ -33,10 +33,10 @@ struct BvhNode {
 
 @group(0) @binding(9) var<storage, read> bvh_nodes: array<BvhNode>;
 
-/// Groups that wait; the host refuses a deeper tree.
+/// The most groups that wait; the host never builds a deeper tree.
 const STACK_SIZE: u32 = 32u;
 
-/// What of a ray the boxes need.
+/// A ray, prepared for boxes.
 struct BoxRay {
     origin: vec3<f32>,
     t_min: f32,
@@ -46,7 +46,7 @@ struct BoxRay {
     negative: vec3<bool>,
 }
 
-/// What the boxes need of a ray. The direction may have zeros, and −0 counts as positive.
+/// Prepares a ray for boxes. The direction may have zeros, and −0 counts as positive.
 fn box_ray(ray: Ray) -> BoxRay {
     let negative = ray.direction < vec3<f32>(0.0);
     let bits = select(vec3<u32>(4u, 2u, 1u), vec3<u32>(0u), negative);
@@ -59,8 +59,8 @@ fn unpack_bytes(bytes: u32) -> vec4<f32> {
     return vec4<f32>((vec4<u32>(bytes) >> vec4<u32>(0u, 8u, 16u, 24u)) & vec4<u32>(0xffu));
 }
 
-/// Which of the node's children the ray meets: inner children in the high byte, by octant order;
-/// triangles in the low 24 bits.
+/// Which of the node's children the ray hits: inner children in the high byte, by octant order; triangles in the low 24
+/// bits.
 fn intersect_node(node: BvhNode, ray: BoxRay, t_max: f32) -> u32 {
     let exponents = (vec3<u32>(node.exponents_and_mask) >> vec3<u32>(0u, 8u, 16u)) & vec3<u32>(0xffu);
     let slope = bitcast<vec3<f32>>(exponents << vec3<u32>(23u)) * ray.inverse_direction;
@@ -107,16 +107,15 @@ fn nearest_hit(ray: Ray) -> Hit {
     return nearest_solid_hit(ray, false);
 }
 
-/// Whether anything stands on the ray.
+/// Whether the ray hits anything.
 fn any_hit(ray: Ray) -> bool {
     return nearest_solid_hit(ray, true).triangle != NONE;
 }
 
-/// Walks on behind each point that an alpha mask has cut away.
+/// Continues behind each point that an alpha mask has removed.
 ///
-/// The mask is read after the walk, not within: few triangles have one, and reading it takes more
-/// instructions than the test of a triangle. (A triangle that lies exactly in the plane of the one
-/// that was cut away is passed over as well.)
+/// The mask is read after the traversal, not during it: few triangles have one, and reading it takes more instructions
+/// than the test of a triangle. (A triangle exactly in the plane of the removed one is skipped as well.)
 fn nearest_solid_hit(ray: Ray, first_will_do: bool) -> Hit {
     var rest = ray;
     var hit: Hit;
@@ -136,12 +135,12 @@ fn is_cut_away_at(hit: Hit) -> bool {
         && is_cut_away(hit.triangle, hit.barycentrics);
 }
 
-/// Finds the nearest triangle, masks ignored. With `first_will_do` the first triangle found without
-/// a mask ends the walk.
+/// Finds the nearest triangle, ignoring masks. With `first_will_do` the first triangle without a mask ends the
+/// traversal.
 fn traverse(ray: Ray, first_will_do: bool) -> Hit {
     let boxes = box_ray(ray);
     let sheared = shear_ray(ray.origin, ray.direction);
-    // A triangle that is missed reports FLOAT_MAX, which must not be nearer than the ray's end.
+    // A missed triangle returns FLOAT_MAX, which must not be nearer than the ray's end.
     var hit = Hit(min(ray.t_max, FLOAT_MAX), NONE, vec2<f32>(0.0));
     if scene.n_triangles == 0u {
         return hit;

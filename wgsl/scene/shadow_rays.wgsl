@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scene seam: whether a surface point sees a light, by a ray.
 //!
-//! Interface: `light_is_hidden`. Exact, whatever variant `scene::visibility` is; that one may use maps or cones instead.
+//! Interface: `light_is_hidden`. Exact in every variant, whereas `scene::visibility` may use maps or cones instead.
 #define_import_path lucerna::scene::shadow_rays
 
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::scene::rays::any_hit
 #import lucerna::scene::types::{LightSample, ray_to_light}
 
-/// Whether anything stands between a surface point and a light.
+/// Whether there is anything between a surface point and a light.
 ///
-/// `position`, `position_error`: of the lit point, as of `geometry::ray_offset` [m]; `normal`: geometric, unit length.
+/// `position`, `position_error`: those of the lit point, as in `geometry::ray_offset` [m]; `normal`: geometric, unit
+/// length.
 fn light_is_hidden(
     light: LightSample,
     position: vec3<f32>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: light from infinitely far.
+//! Scene seam: light from infinitely far away.
 //!
 //! Interface: `sky_radiance`, `sample_sky`, `pdf_sky`. Measure: solid angle.
 #define_import_path lucerna::scene::sky
@@ -20,7 +20,8 @@ fn sky_radiance(direction: vec3<f32>) -> vec3<f32> {
     return scene.sky_radiance * equirectangular_color(sky_image, scene.sky_size, direction);
 }
 
-/// Draws a direction: uniform over the sphere for a constant sky, by the image's luminance else.
+/// Samples a direction: uniformly over the sphere for a constant sky, otherwise by the image's
+/// luminance.
 fn sample_sky(u: vec2<f32>) -> SkySample {
     if scene.sky_has_image == 0u {
         return SkySample(sample_uniform_sphere(u), INV_FOUR_PI, scene.sky_radiance);
@@ -29,7 +30,7 @@ fn sample_sky(u: vec2<f32>) -> SkySample {
     return SkySample(drawn.direction, drawn.pdf, sky_radiance(drawn.direction));
 }
 
-/// The density with which [`sample_sky`] draws a direction [sr⁻¹].
+/// The density with which [`sample_sky`] samples a direction [sr⁻¹].
 fn pdf_sky(direction: vec3<f32>) -> f32 {
     if scene.sky_has_image == 0u {
         return INV_FOUR_PI;

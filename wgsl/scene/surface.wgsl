@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: what stands at a hit.
+//! Scene seam: the surface at a hit.
 //!
 //! Interface: `surface_at`, `filtered_surface_at`, `is_cut_away`; for the voxelizer `surface_over`.
 #define_import_path lucerna::scene::surface
@@ -22,7 +22,7 @@ fn corner_color(packed: vec2<u32>) -> vec4<f32> {
     return vec4<f32>(unpack2x16unorm(packed.x), unpack2x16unorm(packed.y));
 }
 
-/// The footprint of a point: textures are read at level 0.
+/// The footprint of a point, for which textures are read at level 0.
 const NO_SPREAD: vec4<f32> = vec4<f32>(0.0);
 
 /// Base colour and alpha: factor × texture × vertex colour. `spread`: as in [`filtered_surface_at`].
@@ -43,7 +43,7 @@ fn base_color_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<f32>) -> vec
     return color;
 }
 
-/// The mesh's coordinates that a texture is read with.
+/// The mesh's texture coordinates with which a texture is read.
 fn texture_uv(triangle_ix: u32, slot: TextureSlot, weights: vec2<f32>) -> vec2<f32> {
     if (slot.flags & SLOT_SECOND_UV) != 0u {
         return interpolate_vec2(
@@ -109,7 +109,7 @@ fn metallic_and_roughness_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<
 }
 
 /// Whether the material's alpha mask removes this point. `weights`: of the second and third corner.
-/// Always read at level 0: rasterised masks and those that rays meet are the same.
+/// Always read at level 0, so that rasterised masks and those that rays hit are the same.
 fn is_cut_away(triangle_ix: u32, weights: vec2<f32>) -> bool {
     let cutoff = material_at(triangles[triangle_ix].material).alpha_cutoff;
     return cutoff >= 0.0 && base_color_at(triangle_ix, weights, NO_SPREAD).a < cutoff;
@@ -174,7 +174,7 @@ fn filtered_surface_at(triangle_ix: u32, weights: vec2<f32>, spread: vec4<f32>) 
             normal = mapped_normal(triangle_ix, weights, spread, normal);
         }
     }
-    // A normal that points through the surface is bent back onto its side.
+    // A normal that points through the surface is bent back to its side.
     surface.shading_normal = select(-normal, normal, dot(normal, surface.geometric_normal) >= 0.0);
     return surface;
 }

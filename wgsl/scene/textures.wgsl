@@ -58,12 +58,13 @@ fn transform_uv(slot: TextureSlot, uv: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(dot(slot.row_u, point), dot(slot.row_v, point));
 }
 
-/// A texel's colour, decoded from sRGB; alpha as it is. (Adapters that decode themselves are off by up to 0.3 %: NVIDIA's of 2026.)
+/// A texel's colour, decoded from sRGB; alpha is unchanged. (Adapters that decode themselves are off by up to 0.3 %:
+/// NVIDIA's of 2026.)
 fn decoded(texel: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(linear_from_srgb(texel.rgb), texel.a);
 }
 
-/// Colour decoded from sRGB, with linear alpha; white where there is no texture.
+/// Colour decoded from sRGB, with linear alpha; white if there is no texture.
 fn sample_srgb(slot: TextureSlot, uv: vec2<f32>, level: u32) -> vec4<f32> {
     if slot.size.x == 0u {
         return vec4<f32>(1.0);
@@ -82,7 +83,7 @@ fn sample_srgb(slot: TextureSlot, uv: vec2<f32>, level: u32) -> vec4<f32> {
     return mix(upper, lower, at.weights.y);
 }
 
-/// Numbers in [0, 1] as stored; white where there is no texture.
+/// Numbers in [0, 1] as stored; white if there is no texture.
 fn sample_linear(slot: TextureSlot, uv: vec2<f32>, level: u32) -> vec4<f32> {
     if slot.size.x == 0u {
         return vec4<f32>(1.0);
@@ -103,7 +104,7 @@ fn sample_linear(slot: TextureSlot, uv: vec2<f32>, level: u32) -> vec4<f32> {
 
 /// As [`sample_srgb`] at a fractional level: between the two nearest mips (trilinear). `level` ≥ 0.
 fn sample_srgb_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32> {
-    // Images have at most 2³² texels a side.
+    // Images have at most 2³² texels per side.
     let base = min(u32(level), 31u);
     let share = clamp(level - f32(base), 0.0, 1.0);
     var sum = vec4<f32>(0.0);
@@ -116,7 +117,7 @@ fn sample_srgb_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32
     return sum;
 }
 
-/// As [`sample_linear`] at a fractional level, likewise.
+/// As [`sample_linear`] at a fractional level: between the two nearest mips. `level` ≥ 0.
 fn sample_linear_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32> {
     let base = min(u32(level), 31u);
     let share = clamp(level - f32(base), 0.0, 1.0);

@@ -7,7 +7,7 @@
 #import lucerna::scene::data::{TRIANGLE_ALPHA_TESTED, TRIANGLE_MOVING, scene, triangles}
 #import lucerna::scene::types::TriangleCorners
 
-/// How many triangles there are: indices run from 0.
+/// Number of triangles; indices start at 0.
 fn n_triangles() -> u32 {
     return scene.n_triangles;
 }
@@ -21,12 +21,12 @@ fn triangle_corners(triangle_ix: u32) -> TriangleCorners {
     );
 }
 
-/// Whether the triangle belongs to something that moves.
+/// Whether the triangle belongs to a moving object.
 fn triangle_moves(triangle_ix: u32) -> bool {
     return (triangles[triangle_ix].flags & TRIANGLE_MOVING) != 0u;
 }
 
-/// Whether an alpha mask may cut parts of the triangle away (`scene::surface::is_cut_away` tells which).
+/// Whether an alpha mask may remove parts of the triangle (`scene::surface::is_cut_away` says which).
 fn triangle_is_masked(triangle_ix: u32) -> bool {
     return (triangles[triangle_ix].flags & TRIANGLE_ALPHA_TESTED) != 0u;
 }

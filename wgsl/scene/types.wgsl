@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: what its functions take and return, and what follows from these alone.
+//! Scene seam: the types of its functions, and functions that need only these.
 //!
-//! No bindings: a renderer with a scene of its own keeps this module, and returns its structs.
+//! No bindings: a renderer with its own scene keeps this module, and returns its structs.
 #define_import_path lucerna::scene::types
 
 #import lucerna::math::constants::FLOAT_MAX
@@ -14,7 +14,7 @@ struct Ray {
     /// [m]
     origin: vec3<f32>,
     t_min: f32,
-    /// Not zero; t counts in its length.
+    /// Not zero; t is in units of its length.
     direction: vec3<f32>,
     t_max: f32,
 }
@@ -22,13 +22,13 @@ struct Ray {
 /// The nearest surface point on a ray.
 struct Hit {
     t: f32,
-    /// NONE: the ray meets nothing.
+    /// NONE: the ray hits nothing.
     triangle: u32,
     /// Weights of the triangle's second and third corner.
     barycentrics: vec2<f32>,
 }
 
-/// Whether the ray met nothing.
+/// Whether the ray hit nothing.
 fn hit_is_miss(hit: Hit) -> bool {
     return hit.triangle == NONE;
 }
@@ -57,9 +57,9 @@ struct Surface {
     roughness: f32,
     /// Radiance out of the front face [W·sr⁻¹·m⁻²].
     emission: vec3<f32>,
-    /// Emission leaves the back as well.
+    /// Whether the back emits light as well.
     double_sided: bool,
-    /// Reflects as Lambert with `base_color` for its albedo; metallic and roughness do not count.
+    /// Lambertian with `base_color` as albedo; metallic and roughness have no effect.
     lambert: bool,
 }
 
@@ -75,24 +75,25 @@ fn seen_from(surface: Surface, direction: vec3<f32>) -> Surface {
     if !front && !surface.double_sided {
         seen.emission = vec3<f32>(0.0);
     }
-    // A shading normal that the viewer sees from behind is turned round, as in Mitsuba's two-sided
-    // materials. What it then reflects lies mostly below the surface and is refused later.
-    // (Falling back on the geometric normal here adds 3 % of indirect light to Crytek's Sponza.)
+    // A shading normal that the viewer sees from behind is reversed, as in Mitsuba's two-sided materials. Its
+    // reflections are then mostly below the surface and are rejected later. (Using the geometric normal here instead
+    // adds 3 % of indirect light to Crytek's Sponza.)
     if dot(seen.shading_normal, direction) >= 0.0 {
         seen.shading_normal = -seen.shading_normal;
     }
     return seen;
 }
 
-/// What a patch of a triangle looks like from afar.
+/// The appearance of a patch of a triangle from far away.
 struct SurfaceOver {
-    /// What it reflects of even light into the whole hemisphere, linear, in [0, 1]: of Lambert its base colour.
+    /// Share of uniform light that it reflects into the whole hemisphere, linear, in [0, 1]; for Lambertian surfaces
+    /// the base colour.
     albedo: vec3<f32>,
-    /// The alpha mask removes the patch.
+    /// Whether the alpha mask removes the patch.
     is_cut_away: bool,
     /// Radiance out of the front face [W·sr⁻¹·m⁻²].
     emission: vec3<f32>,
-    /// Emission leaves the back as well.
+    /// Whether the back emits light as well.
     double_sided: bool,
 }
 
@@ -102,18 +103,17 @@ struct LightSample {
     direction: vec3<f32>,
     /// To `place` [m]; FLOAT_MAX: infinitely far.
     distance: f32,
-    /// Where the light stands (unless infinitely far), already off its own surface.
+    /// Position of the light (unless it is infinitely far away), already moved off its own surface.
     place: vec3<f32>,
-    /// [sr⁻¹]; 0: a light without extent, that no other strategy finds.
+    /// [sr⁻¹]; 0: a light without extent, which no other strategy finds.
     pdf: f32,
-    /// What arrives, divided by the density: `f · cosine · weight` estimates reflected radiance.
+    /// The arriving light, divided by the density: `f · cosine · weight` estimates reflected radiance.
     weight: vec3<f32>,
-    /// Which of the punctual lights it is, NONE of others.
+    /// Index of the punctual light, or NONE for others.
     ix: u32,
 }
 
-/// The ray that tells whether the light is hidden, if it hits anything. `origin`: the lit point, off its
-/// surface.
+/// The shadow ray to a light, which is hidden if the ray hits anything. `origin`: the lit point, moved off its surface.
 fn ray_to_light(light: LightSample, origin: vec3<f32>) -> Ray {
     if light.distance < FLOAT_MAX {
         return Ray(origin, 0.0, light.place - origin, 1.0);
@@ -121,11 +121,11 @@ fn ray_to_light(light: LightSample, origin: vec3<f32>) -> Ray {
     return Ray(origin, 0.0, light.direction, FLOAT_MAX);
 }
 
-/// Light under way.
+/// A ray of light.
 struct LightRay {
     /// [m]
     origin: vec3<f32>,
-    /// Along which light travels, unit length.
+    /// Direction in which light travels, unit length.
     direction: vec3<f32>,
 }
 
@@ -133,7 +133,7 @@ struct LightRay {
 struct SkySample {
     /// Unit length, away from the surface.
     direction: vec3<f32>,
-    /// [sr⁻¹]; 0: nothing there.
+    /// [sr⁻¹]; 0: there is no light.
     pdf: f32,
     /// [W·sr⁻¹·m⁻²]
     radiance: vec3<f32>,

@@ -50,7 +50,7 @@ const SH_BAND_TWO_ZONAL: f32 = 0.315391565252520;
 
 /// The band l of an index below 64.
 fn sh_band(ix: u32) -> u32 {
-    // Between the squares, where no rounding of the root matters.
+    // Between the squares, so that rounding of the root does not matter.
     return u32(sqrt(f32(ix) + 0.5));
 }
 
@@ -74,16 +74,16 @@ fn sh2_basis(direction: vec3<f32>) -> array<f32, 9> {
         products.y,
         SH_BAND_TWO_ZONAL * (3.0 * d.z * d.z - 1.0),
         products.z,
-        // Factored: right where the squares cancel.
+        // Factored, which is accurate where the squares cancel.
         0.5 * SH_BAND_TWO * (d.x - d.y) * (d.x + d.y),
     );
 }
 
 /// All 64 functions of bands 0 to 7 at a unit direction.
 ///
-/// By the recurrence of fully normalised Legendre functions, of which the factor sinᵐθ is taken
-/// together with cos mφ and sin mφ: no angle, no pole. Error below 1e-6 of the band's greatest
-/// value, √((2l + 1)/4π).
+/// By the recurrence of fully normalised Legendre functions, whose factor sinᵐθ is combined with
+/// cos mφ and sin mφ, so that there is no angle and no pole. Error below 1e-6 of the band's
+/// greatest value, √((2l + 1)/4π).
 fn sh_basis(direction: vec3<f32>) -> array<f32, 64> {
     var values: array<f32, 64>;
     var sectoral = SH_CONSTANT;
@@ -109,8 +109,8 @@ fn sh_basis(direction: vec3<f32>) -> array<f32, 64> {
     return values;
 }
 
-/// One function at a unit direction: l ≤ 7, |m| ≤ l. As exact as [`sh_basis`]; for a kernel whose
-/// invocations share the coefficients among them.
+/// One function at a unit direction: l ≤ 7, |m| ≤ l. As exact as [`sh_basis`]; for kernels whose
+/// invocations divide the coefficients among them.
 fn sh_basis_function(l: u32, m: i32, direction: vec3<f32>) -> f32 {
     let degree = u32(abs(m));
     var current = SH_CONSTANT;
@@ -137,7 +137,7 @@ fn legendre_factor(l: u32, m: u32) -> f32 {
     return sqrt(f32(4u * l * l - 1u) / f32(l * l - m * m));
 }
 
-/// Q(m + 1, m + 1)/Q(m, m), with the √2 that comes in where m leaves 0.
+/// Q(m + 1, m + 1)/Q(m, m), with the √2 that appears from m = 1 on.
 fn sectoral_factor(m: u32) -> f32 {
     return sqrt(f32(2u * m + 3u) / select(f32(2u * m + 2u), 1.0, m == 0u));
 }

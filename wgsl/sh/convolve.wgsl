@@ -48,8 +48,8 @@ fn sh2_irradiance(radiance: array<vec3<f32>, 9>, normal: vec3<f32>) -> vec3<f32>
         + SH_COSINE_LOBE[2] * quadratic;
 }
 
-/// Coefficients of irradiance from those of radiance, order 1: what a probe stores whose lookups
-/// shall cost only an evaluation.
+/// Coefficients of irradiance from those of radiance, order 1: store these in a probe, so that a lookup costs only an
+/// evaluation.
 fn sh1_convolve_cosine(radiance: array<vec3<f32>, 4>) -> array<vec3<f32>, 4> {
     var c = radiance;
     for (var ix = 0u; ix < 4u; ix++) {
@@ -67,8 +67,7 @@ fn sh2_convolve_cosine(radiance: array<vec3<f32>, 9>) -> array<vec3<f32>, 9> {
     return c;
 }
 
-/// Coefficients of irradiance from those of radiance, order 7, in place (64 colours are dear to
-/// copy).
+/// Coefficients of irradiance from those of radiance, order 7, in place (64 colours are expensive to copy).
 fn sh_convolve_cosine(coefficients: ptr<function, array<vec3<f32>, 64>>) {
     for (var ix = 0u; ix < 64u; ix++) {
         (*coefficients)[ix] *= sh_cosine_factor(sh_band(ix));

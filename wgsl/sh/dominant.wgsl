@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The one directional light that comes nearest to radiance given by SH.
+//! The directional light that best approximates radiance given by SH.
 //!
 //! P.-P. Sloan, "Stupid Spherical Harmonics (SH) Tricks", GDC 2008, "Extracting conventional
 //! lights": the optimal linear direction is band 1 as a vector, of luminance for RGB; the
@@ -13,7 +13,7 @@
 const SH1_POWER: f32 = 0.318309886183791;
 const SH2_POWER: f32 = 0.716197243913529;
 
-/// Band 1 of the luminance as a vector: it points to where most light comes from; its length
+/// Band 1 of the luminance as a vector: it points to where most of the light comes from; its length
 /// is √(3/4π) times the luminance of the radiance's first moment ∫ L ω dω. In world axes.
 ///
 /// Takes coefficients 1, 2, 3 of any order.
@@ -21,14 +21,14 @@ fn sh_dominant_vector(y: vec3<f32>, z: vec3<f32>, x: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(luminance(x), luminance(y), luminance(z));
 }
 
-/// The unit direction to where most light comes from, weighted by luminance; `fallback` where
-/// there is none (band 1 is below 1e-15: no light, or the same from everywhere).
+/// The unit direction to where most light comes from, weighted by luminance; `fallback` if there is
+/// none (band 1 is below 1e-15: no light, or the same from all directions).
 fn sh1_dominant_direction(radiance: array<vec3<f32>, 4>, fallback: vec3<f32>) -> vec3<f32> {
     var c = radiance;
     return safe_normalize(sh_dominant_vector(c[1], c[2], c[3]), fallback);
 }
 
-/// [`sh1_dominant_direction`] of order 2; band 2 takes no part.
+/// [`sh1_dominant_direction`] of order 2; band 2 has no effect.
 fn sh2_dominant_direction(radiance: array<vec3<f32>, 9>, fallback: vec3<f32>) -> vec3<f32> {
     var c = radiance;
     return safe_normalize(sh_dominant_vector(c[1], c[2], c[3]), fallback);
@@ -42,8 +42,8 @@ fn sh1_directional_light(radiance: array<vec3<f32>, 4>, direction: vec3<f32>) ->
     return (c[0] * y[0] + c[1] * y[1] + c[2] * y[2] + c[3] * y[3]) / SH1_POWER;
 }
 
-/// [`sh1_directional_light`] of order 2. Take E · Y(direction) away from the coefficients, and what
-/// is left is the light from everywhere else.
+/// [`sh1_directional_light`] of order 2. Subtract E · Y(direction) from the coefficients to get the
+/// remaining light.
 fn sh2_directional_light(radiance: array<vec3<f32>, 9>, direction: vec3<f32>) -> vec3<f32> {
     var c = radiance;
     var y = sh2_basis(direction);

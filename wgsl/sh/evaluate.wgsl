@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Values of functions given by SH coefficients: f(ω) = Σ cⱼ Yⱼ(ω).
 //!
-//! A truncated series rings: it may be negative where the function is not. Clamp where that
-//! matters, or window the coefficients (`lucerna::sh::window`).
+//! A truncated series rings: it may be negative where the function is not. Clamp if that matters,
+//! or window the coefficients (`lucerna::sh::window`).
 #define_import_path lucerna::sh::evaluate
 #import lucerna::sh::basis::{sh1_basis, sh2_basis, sh_basis}
 
@@ -24,9 +24,9 @@ fn sh2_evaluate(coefficients: array<vec3<f32>, 9>, direction: vec3<f32>) -> vec3
     return sum;
 }
 
-/// Σ cⱼ Yⱼ of order 7 at a unit direction, in the coefficients' units. By pointer, for 64 colours
-/// are dear to copy (and slow to compile); coefficients in storage buffers are best summed there,
-/// over `sh_basis`.
+/// Σ cⱼ Yⱼ of order 7 at a unit direction, in the coefficients' units. By pointer, because 64
+/// colours are expensive to copy (and slow to compile); sum coefficients in storage buffers
+/// directly, over `sh_basis`.
 fn sh_evaluate(
     coefficients: ptr<function, array<vec3<f32>, 64>>,
     direction: vec3<f32>,

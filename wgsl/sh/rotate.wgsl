@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rotation of functions given by SH coefficients.
 //!
-//! Band 1 is a vector: f(d) = √(3/4π) v·d with v = (c₃, c₁, c₂), and rotates as v ↦ R v. Band 2 is a
-//! symmetric matrix without trace: f(d) = dᵀ M d, and rotates as M ↦ R M Rᵀ. Both are exact, for
-//! any R. Functions with an axis (zonal) go to any axis by the addition theorem: P.-P. Sloan,
-//! "Stupid Spherical Harmonics (SH) Tricks", GDC 2008, "Rotating zonal harmonics".
+//! Band 1 is a vector: f(d) = √(3/4π) v·d with v = (c₃, c₁, c₂), and rotates as v ↦ R v. Band 2 is a symmetric
+//! traceless matrix: f(d) = dᵀ M d, and rotates as M ↦ R M Rᵀ. Both are exact, for any R. Functions with an axis
+//! (zonal) are rotated to any axis by the addition theorem: P.-P. Sloan, "Stupid Spherical Harmonics (SH) Tricks", GDC
+//! 2008, "Rotating zonal harmonics".
 #define_import_path lucerna::sh::rotate
 #import lucerna::sh::basis::{SH_BAND_TWO, SH_BAND_TWO_ZONAL, sh1_basis, sh2_basis}
 

@@ -2,8 +2,8 @@
 //! Windows against ringing: each band is multiplied by a factor that falls with l.
 //!
 //! P.-P. Sloan, "Stupid Spherical Harmonics (SH) Tricks", GDC 2008, "Ringing". A window blurs the
-//! function, keeps its mean (the factor of band 0 is 1), and takes away overshoot and negative
-//! lobes of bright small lights.
+//! function, keeps its mean (the factor of band 0 is 1), and removes overshoot and negative lobes
+//! of small, bright lights.
 #define_import_path lucerna::sh::window
 #import lucerna::math::constants::PI
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Directions of an equirectangular sky, drawn by its brightness.
+//! Directions of an equirectangular sky, sampled by its brightness.
 //!
 //! M. Pharr, W. Jakob, G. Humphreys, "Physically Based Rendering", 4th ed., §A.5.6 and §12.5.2,
 //! piecewise constant over the texels.
@@ -7,19 +7,19 @@
 //! `distribution`: r32float, (w + 1) × h texels for a sky of `size` (w, h). Texel (0, y) is the
 //! marginal distribution through row y, that row included; texel (x + 1, y) is the conditional
 //! distribution within row y through column x, that column included. Both rise to exactly 1. A
-//! texel's weight is its luminance × sin θ of its row's centre, but any weights do.
-//! Mapping of texels to directions: `lucerna::sky::equirectangular`.
+//! texel's weight is its luminance × sin θ of its row's centre, but any weights work. Mapping of
+//! texels to directions: `lucerna::sky::equirectangular`.
 #define_import_path lucerna::sky::environment
 
 #import lucerna::sky::equirectangular::{direction_from_uv, uv_from_direction}
 #import lucerna::math::constants::{ONE_BELOW, PI}
 
-/// sin θ is held above it in densities, which have a pole at the poles (of 3e-11 of the sphere).
+/// Lower bound of sin θ in densities, which are singular at the poles (in 3e-11 of the sphere).
 const MIN_SINE: f32 = 1e-5;
 
 /// A direction towards the sky.
 struct EnvironmentSample {
-    /// In the map.
+    /// Position in the map.
     uv: vec2<f32>,
     /// Unit length, world space.
     direction: vec3<f32>,
@@ -27,17 +27,17 @@ struct EnvironmentSample {
     pdf: f32,
 }
 
-/// The step of a distribution that a number in [0, 1) falls on.
+/// The step of a distribution that a number in [0, 1) selects.
 struct DistributionStep {
-    /// Which, from 0.
+    /// Index of the step.
     ix: u32,
     /// Its probability.
     probability: f32,
-    /// Where within it, in [0, 1).
+    /// Position within it, in [0, 1).
     fraction: f32,
 }
 
-/// The distribution before and after step `ix`: of row `y`'s conditional one, or of the marginal.
+/// The distribution before and after step `ix`: row `y`'s conditional one, or the marginal.
 fn step_bounds(distribution: texture_2d<f32>, marginal: bool, y: u32, ix: u32) -> vec2<f32> {
     var before = 0.0;
     if ix > 0u {
@@ -79,7 +79,7 @@ fn environment_density(size: vec2<u32>, v: f32, probability: f32) -> f32 {
     return probability * n_texels / (2.0 * PI * PI * max(sin(PI * v), MIN_SINE));
 }
 
-/// Draws a direction. `u`: uniform in [0, 1)².
+/// Samples a direction. `u`: uniform in [0, 1)².
 fn sample_environment(
     distribution: texture_2d<f32>,
     size: vec2<u32>,
@@ -93,7 +93,7 @@ fn sample_environment(
     return EnvironmentSample(uv, direction_from_uv(uv), pdf);
 }
 
-/// Density with which [`sample_environment`] draws `direction` (not zero) [sr⁻¹].
+/// Density with which [`sample_environment`] samples `direction` (not zero) [sr⁻¹].
 fn pdf_environment(distribution: texture_2d<f32>, size: vec2<u32>, direction: vec3<f32>) -> f32 {
     let uv = uv_from_direction(direction);
     let texel = min(vec2<u32>(uv * vec2<f32>(size)), size - 1u);

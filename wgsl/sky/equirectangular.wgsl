@@ -7,16 +7,16 @@
 
 #import lucerna::math::constants::{PI, TWO_PI, INV_PI, INV_TWO_PI}
 
-/// Where a direction stands in the map: u in [0, 1), v in [0, 1]. u of ±Y is anything in its range, for devices
-/// differ in atan2(0, 0).
+/// Position of a direction in the map: u in [0, 1), v in [0, 1]. For ±Y, u may be anything in its range, because
+/// devices differ in atan2(0, 0).
 ///
 /// `direction`: finite, not zero; its length does not matter.
 fn uv_from_direction(direction: vec3<f32>) -> vec2<f32> {
     let turn = atan2(direction.x, -direction.z) * INV_TWO_PI;
     let u = select(turn, turn + 1.0, turn < 0.0);
-    // From both legs: the angle keeps its accuracy at the poles, where acos has none.
+    // From both legs, so that the angle is accurate at the poles, where acos is not.
     let v = atan2(length(direction.xz), direction.y) * INV_PI;
-    // A tiny negative turn rounds up to 1.
+    // A tiny negative turn would round up to 1.
     return vec2<f32>(select(u, 0.0, u >= 1.0), clamp(v, 0.0, 1.0));
 }
 
@@ -29,7 +29,7 @@ fn direction_from_uv(uv: vec2<f32>) -> vec3<f32> {
 }
 
 /// The colour of a map of `size` texels in a direction, bilinear between their centres; it repeats around the horizon and ends at the poles.
-/// `direction`: as of [`uv_from_direction`].
+/// `direction`: as in [`uv_from_direction`].
 fn equirectangular_color(map: texture_2d<f32>, size: vec2<u32>, direction: vec3<f32>) -> vec3<f32> {
     let n = vec2<i32>(size);
     let position = uv_from_direction(direction) * vec2<f32>(n) - 0.5;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How far a sample reaches on a texture, and which mip that is.
+//! The footprint of a sample on a texture, and the mip that matches it.
 //!
-//! A footprint on a triangle is how much the weights of its second and third corner change to the next sample: xy to the right,
-//! zw down. Coordinates are linear in the weights, so it is the footprint on every texture of the triangle, too.
+//! A footprint on a triangle is the change of the weights of its second and third corner to the next sample: xy to the
+//! right, zw down. Texture coordinates are linear in the weights, so this also gives the footprint on every texture of
+//! the triangle.
 #define_import_path lucerna::texture::footprint
 
 #import lucerna::math::vector::safe_normalize
@@ -10,7 +11,7 @@
 /// Level of detail: log₂ of the texels that a sample covers along its longer side, not below 0
 /// (OpenGL 4.6 §8.14: ρ = max(|∂/∂x|, |∂/∂y|)).
 ///
-/// `texels_x`, `texels_y`: how many texels it is to the next sample, right and down.
+/// `texels_x`, `texels_y`: distance to the next sample to the right and down, in texels.
 fn texture_level(texels_x: vec2<f32>, texels_y: vec2<f32>) -> f32 {
     let square = max(dot(texels_x, texels_x), dot(texels_y, texels_y));
     return select(0.0, 0.5 * log2(square), square > 1.0);

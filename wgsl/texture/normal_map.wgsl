@@ -7,8 +7,9 @@
 /// The normal of a map's texel, unit length: 2·texel − 1, x and y scaled, in the frame of the interpolated tangent, bitangent and
 /// normal.
 ///
-/// `texel`: in [0, 1]³; `normal`: unit length; `tangent`: interpolated, of any length and not quite across the normal; where it is zero or
-/// along the normal, x and y of the texel do not count. `is_mirrored`: the bitangent is turned round (glTF's w = −1).
+/// `texel`: in [0, 1]³; `normal`: unit length; `tangent`: interpolated, of any length and not exactly perpendicular to
+/// the normal; if it is zero or along the normal, x and y of the texel have no effect. `is_mirrored`: whether the
+/// bitangent is reversed (glTF's w = −1).
 fn normal_of_map(
     texel: vec3<f32>,
     scale: f32,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Frames of configurations that take turns, timed pass by pass.
+//! Times the passes of several configurations, which render frames in turn.
 
 use glam::{UVec2, Vec3};
 use lucerna::blocking::read_buffer;
@@ -11,14 +11,14 @@ use lucerna::seam::{Change, Revised, Revisions};
 use lucerna::techniques::Technique;
 use std::error::Error;
 
-/// The picture of the techniques' sources.
+/// The picture size of the techniques' sources.
 pub const PICTURE: UVec2 = UVec2::new(1920, 1080);
-/// The fastest of so many frames counts.
+/// The fastest of this many frames counts.
 const ROUNDS: u32 = 5;
-/// Frames until faces that are dark are seldom asked any more.
+/// Frames until dark faces are rarely sampled.
 const FRAMES_TO_SETTLE: u32 = 24;
 
-/// Fastest time of passes \[ms\]; those of one name in a frame together.
+/// Fastest time of each pass \[ms\]; passes of the same name in a frame are added up.
 pub type Passes = Vec<(&'static str, f64)>;
 
 /// What every configuration has in common.
@@ -29,7 +29,7 @@ pub struct Bench<'a> {
     pub camera: &'a Camera,
 }
 
-/// One configuration under way.
+/// One configuration and its state.
 pub struct Rig<T> {
     pub technique: T,
     pub passes: FramePasses,
@@ -49,7 +49,7 @@ pub fn with_light(scene: &Scene) -> Scene {
     scene
 }
 
-/// Milliseconds of the passes of these names; 0 of those that did not run.
+/// Milliseconds that the passes of these names took together; a pass that did not run counts 0.
 pub fn sum_of(passes: &Passes, names: &[&str]) -> f64 {
     passes.iter().filter(|(name, _)| names.contains(name)).map(|(_, ms)| ms).sum()
 }
@@ -66,10 +66,11 @@ impl Bench<'_> {
         })
     }
 
-    /// Of each configuration the passes: what follows movement from frames in which everything moved, the others from
-    /// frames in which nothing did. The configurations take turns, so that a disturbance meets all of them.
+    /// The passes of each configuration. Passes that run because something has moved are timed in frames in which
+    /// everything moved, the others in frames in which nothing did. The configurations take turns, so that a
+    /// disturbance affects all of them.
     ///
-    /// `moving`: passes that run where something has moved alone.
+    /// `moving`: passes that run only when something has moved.
     pub fn run<T: Technique>(
         &self,
         rigs: &mut [Rig<T>],

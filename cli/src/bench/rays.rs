@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Traversal: the kernels against obvhs on one CPU thread, same tree, same rays.
+//! Traversal: the kernels compared with obvhs on one CPU thread, with the same tree and the same
+//! rays.
 
 use super::{Row, timed};
 use glam::{Vec3, Vec3A};
@@ -13,9 +14,9 @@ use std::error::Error;
 use std::time::{Duration, Instant};
 use wgpu::util::DeviceExt;
 
-/// Rays along a side of the picture.
+/// Rays along each side of the picture.
 const SIDE: u32 = 1024;
-/// The fastest of so many rounds counts: others were disturbed.
+/// The fastest of this many rounds counts: the others were disturbed.
 const ROUNDS: usize = 5;
 const BASELINE: &str = "obvhs, 1 thread";
 
@@ -63,7 +64,7 @@ pub fn measure(
             continue;
         }
         let mut best = [Duration::MAX; 3];
-        // In turns, so that a disturbance meets all of them.
+        // In turns, so that a disturbance affects all of them.
         for _ in 0..ROUNDS {
             best[0] = best[0].min(cpu.time(rays));
             best[1] = best[1].min(gpu_time(gpu, &gpu_scene, RayQuestion::Nearest, rays)?);
@@ -139,8 +140,9 @@ fn primary_rays(camera: &Camera) -> Vec<Ray> {
         .collect()
 }
 
-/// A random direction from each point that the primary rays met, over the whole sphere: half of
-/// them leave into the surface and end at once, as no path tracer's would; those are turned back.
+/// A random direction from each point that the primary rays hit. Directions cover the whole sphere:
+/// half of them would point into the surface and end at once, which no path tracer's do, so those
+/// are reversed.
 fn diffuse_rays(primary: &[Ray], hits: &[Hit]) -> Vec<Ray> {
     let mut state = 1u64;
     let mut random = || {

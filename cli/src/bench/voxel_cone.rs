@@ -23,7 +23,7 @@ use wgpu::util::DeviceExt;
 const CELLS: UVec3 = UVec3::new(128, 64, 64);
 const MOVED: [&str; 4] =
     ["voxels/voxelize", "voxels/attributes", "voxel_light/carry", "shadow_maps/depth"];
-/// What voxelizes, and lights and prefilters the voxels.
+/// The passes that voxelize, and that light and prefilter the voxels.
 const VOXELIZATION: [&str; 7] = [
     "voxels/voxelize",
     "voxels/attributes",
@@ -33,7 +33,7 @@ const VOXELIZATION: [&str; 7] = [
     "voxel_pyramid/fill",
     "voxel_pyramid/prefilter",
 ];
-/// The source's passes: its name, ours, and its figure.
+/// The source's passes: its name for each, our passes, and the time it reports.
 const SOURCE: [(&str, &[&str], f64, &str); 7] = [
     ("shadow maps", &["shadow_maps/depth"], 0.40, "source's 0.40 ms (RTX 2080 Super)"),
     ("voxelization", &VOXELIZATION, 1.48, "source's 1.48 ms"),
@@ -45,7 +45,7 @@ const SOURCE: [(&str, &[&str], f64, &str); 7] = [
 ];
 const DEFAULT: &str = "default";
 const STEP: &str = "6 faces, textures";
-/// Steps are timed with so many cones.
+/// Steps are timed with this many cones.
 const N_CONES: u32 = 1 << 16;
 
 /// `quick`: pictures of a quarter of the side, half the cells along each axis, a sixteenth of the cones.
@@ -142,8 +142,8 @@ fn rows_of_source(passes: &Passes) -> Vec<Row> {
     rows
 }
 
-/// Of cones as the sets of 9 have, from evenly spread points of the scene's box in evenly spread directions: time of a
-/// step, and steps of a cone.
+/// Time of a step, and steps of a cone, for cones as wide as those in sets of 9. They start at evenly spread points of
+/// the scene's box, in evenly spread directions.
 fn nanoseconds_per_step(
     gpu: &Gpu,
     technique: &VoxelCone,
@@ -151,7 +151,7 @@ fn nanoseconds_per_step(
 ) -> Result<(f64, f64), Box<dyn Error>> {
     let grid = technique.grid(0);
     let extent = grid.size.as_vec3() * grid.cell;
-    // Additive recurrences of the plastic number's kind: low discrepancy in five dimensions.
+    // Additive recurrences that generalise the golden ratio's: low discrepancy in five dimensions.
     let shares = [0.811_521_4_f64, 0.658_567, 0.534_436, 0.433_706, 0.351_961];
     let cones: Vec<Cone> = (0..n)
         .map(|ix| {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `voxel-rt` pass by pass: beside its source's configuration, and how cost goes with rays and pixels.
+//! `voxel-rt` pass by pass: next to its source's configuration, and how cost grows with rays and pixels.
 
 use super::Row;
 use super::frames::{Bench, PICTURE, Passes, sum_of, with_light};
@@ -12,13 +12,13 @@ use lucerna::settings;
 use lucerna::techniques::voxel_rt::{Lookup, VoxelRt, VoxelRtSettings};
 use std::error::Error;
 
-/// The source's cells along the longest side, and rays along a side of the light's square.
+/// The source's number of cells along the longest side, and of rays along each side of the light's square.
 const CELLS: u32 = 128;
 const RAYS: u32 = 512;
 const BASELINE: &str = "store, 1 bounce";
 const VOXELIZE: [&str; 2] = ["voxels/voxelize", "voxel_light/carry"];
 
-/// `quick`: pictures of a quarter of the side, and half the cells and rays.
+/// `quick`: pictures with a quarter of the width and height, and half the cells and rays.
 pub fn measure(
     gpu: &Gpu,
     scene: &Scene,
@@ -72,7 +72,7 @@ pub fn measure(
         let ratio = (*name != BASELINE).then_some((total / baseline, BASELINE));
         rows.push(Row { ratio, ..Row::new(format!("{name}: total"), total, "ms") });
     }
-    // Shading by pixels whatever the rays, and injection by rays whatever the pixels.
+    // Shading per pixel for any number of rays, and injection per ray for any number of pixels.
     let sizes = [
         (picture / 4, n_rays),
         (picture / 2, n_rays),

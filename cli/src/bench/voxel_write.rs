@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Write strategies: the tables 7.2 to 7.4 of `voxel-rt`'s source, and the write alone.
+//! Write strategies: tables 7.2 to 7.4 of `voxel-rt`'s source, and the write alone.
 
 use super::{Row, timed};
 use glam::{UVec3, Vec3};
@@ -21,9 +21,9 @@ use wgpu::util::DeviceExt;
 
 /// Cells along the longest axis.
 const GRIDS: [u32; 3] = [64, 128, 256];
-/// Rays along a side of the square.
+/// Rays along each side of the square.
 const RAYS: [u32; 4] = [256, 512, 1024, 2048];
-/// Strategies take turns; the fastest of so many rounds counts.
+/// Strategies take turns; the fastest of this many rounds counts.
 const ROUNDS: usize = 5;
 const BASELINE: &str = "store";
 /// The light's distance to the wall it touches, in cells of the finest grid.
@@ -53,7 +53,7 @@ pub fn measure(
     Ok(rows)
 }
 
-/// The middle of the scene's box, and a point that touches the first wall below it.
+/// The middle of the scene's box, and a point close to the first wall below it.
 fn places(scene: &Scene) -> [(&'static str, Vec3); 2] {
     let (low, high) = WorldTriangles::of(scene).bounds();
     let middle = 0.5 * (low + high);
@@ -92,7 +92,7 @@ fn measure_one(
         .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     for (what, injection) in [("inject", traced), ("write", written)] {
         let mut best = [Duration::MAX; WriteStrategy::ALL.len()];
-        // The first round compiles. In turns, so that a disturbance meets all of them.
+        // The first round compiles. In turns, so that a disturbance affects all of them.
         for round in 0..=ROUNDS {
             for (best, (volume, injector)) in best.iter_mut().zip(&rigs) {
                 let time = timed(gpu, |recorder| {
@@ -125,13 +125,13 @@ fn label(strategy: WriteStrategy) -> &'static str {
     }
 }
 
-/// A hit's place and triangle, in the order in which the kernel's invocations meet them.
+/// A hit's position and triangle, in the order in which the kernel's invocations find them.
 struct Place {
     position: Vec3,
     value: f32,
 }
 
-/// First hits of stratified rays, block by block as an invocation takes them.
+/// First hits of stratified rays, in blocks as an invocation traces them.
 fn hits_of_light(
     gpu: &Gpu,
     scene: &GpuScene,
@@ -173,7 +173,7 @@ fn hits_of_light(
         .iter()
         .zip(hits)
         .filter(|(_, hit)| hit.triangle != NONE)
-        // The write does not care for the cosine.
+        // The cosine does not matter to the write.
         .map(|(ray, hit)| Place {
             position: ray.origin + hit.t * ray.direction,
             value: (hit.t * hit.t).recip().min(f32::MAX),
@@ -181,8 +181,7 @@ fn hits_of_light(
         .collect())
 }
 
-/// The grid over the scene, occupied where hits lie and around them (one value a voxel), and the hits
-/// as samples.
+/// The grid over the scene with one value a voxel, occupied at the hits and around them, and the hits as samples.
 fn voxels_of_hits(
     scene: &GpuScene,
     cells: u32,
@@ -196,7 +195,7 @@ fn voxels_of_hits(
     let mut near = vec![false; size.element_product() as usize];
     let index = |c: UVec3| ((c.z * size.y + c.y) * size.x + c.x) as usize;
     for hit in hits {
-        // Jittered rays meet the neighbours too.
+        // Jittered rays hit the neighbours too.
         for corner in 0..8u32 {
             let side = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2).as_vec3() - 0.5;
             let cell = cell_of(hit.position + side * cell).min(size - 1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Voxelizing: by compute against by the rasteriser; how many voxels the rasteriser misses; large
-//! triangles against small ones.
+//! Voxelization: compute compared with the rasteriser; how many voxels the rasteriser misses; large
+//! triangles compared with small ones.
 
 use super::Row;
 use glam::{Affine3A, UVec3, Vec3};
@@ -16,7 +16,7 @@ use lucerna::settings;
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-/// The fastest of so many rounds counts; one before them compiles.
+/// The fastest of this many rounds counts; one round before them compiles.
 const ROUNDS: usize = 5;
 const COMPUTE: &str = "compute";
 
@@ -85,7 +85,7 @@ fn ones(words: &[u32]) -> u64 {
     words.iter().map(|word| u64::from(word.count_ones())).sum()
 }
 
-/// Wall time of submission and wait.
+/// Wall time of submitting and waiting.
 fn time(
     gpu: &Gpu,
     record: impl Fn(&mut Recorder) -> Result<(), Box<dyn Error>>,
@@ -102,7 +102,8 @@ fn time(
     Ok(best)
 }
 
-/// Voxelizing a wall of `n` × `n` squares of two triangles, 250 × 250 of the grid's 256³ cells.
+/// Time to voxelize a wall of `n` × `n` squares of two triangles, which covers 250 × 250 cells of a
+/// grid of 256³.
 fn wall_time(gpu: &Gpu, n: u32, options: GpuSceneOptions) -> Result<Duration, Box<dyn Error>> {
     let at = |k: u32| k as f32 / n as f32 * 250.0 + 3.1;
     let positions =

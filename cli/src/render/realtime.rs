@@ -17,26 +17,26 @@ use lucerna::settings;
 use lucerna::techniques::{Stat, Technique, TechniqueEntry};
 use std::sync::atomic::Ordering;
 
-/// What only techniques that render frames look at.
+/// Arguments that only techniques that render frames use.
 #[derive(Args, Clone, Debug)]
 pub struct RealtimeArguments {
     /// Rays to emissive surfaces and the sky, per pixel and frame (not for the reference).
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=1024))]
     light_samples: u32,
-    /// Distance in front of the camera from which surfaces are seen [m] (not for the reference). [default: 1e-5, or
-    /// 1e-4 of the scene's diagonal if that is less]
+    /// Distance to the near plane [m]: surfaces closer to the camera are not seen (not for the reference). [default:
+    /// 1e-5, or 1e-4 of the scene's diagonal if that is less]
     #[arg(long, value_name = "M", value_parser = parse_near)]
     near: Option<f32>,
-    /// Frames in which a technique learns before the first one that is accumulated.
+    /// Frames in which the technique gathers light before the first accumulated frame.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warm_up: u32,
-    /// What tells whether a surface sees a light (not for the reference).
+    /// How to decide whether a surface sees a light (not for the reference).
     #[arg(long, value_enum, default_value_t = ShadowArgument::Rays)]
     shadows: ShadowArgument,
-    /// With `--shadows pcf` or `pcss`: texels along a shadow map's side.
+    /// With `--shadows pcf` or `pcss`: texels along each side of a shadow map.
     #[arg(long, value_name = "TEXELS", default_value_t = ShadowSettings::default().resolution, value_parser = clap::value_parser!(u32).range(16..=16384))]
     shadow_size: u32,
-    /// Show something else of the technique than its light (--help of the technique lists them).
+    /// Show a debug view of the technique instead of its light (voxel-rt: irradiance, cells, levels).
     #[arg(long, value_name = "NAME")]
     debug_view: Option<String>,
     /// With `--shadows pcss`: radius of point and spot lights [m].
@@ -48,18 +48,18 @@ pub struct RealtimeArguments {
 enum ShadowArgument {
     /// Rays.
     Rays,
-    /// Shadow maps of point, spot and directional lights, percentage-closer filtering; rays for others. Of
-    /// `voxel-cone`, the voxels' light too.
+    /// Shadow maps with percentage-closer filtering for point, spot and directional lights; rays for others. With
+    /// `voxel-cone`, also for the light of the voxels.
     Pcf,
     /// The same with percentage-closer soft shadows.
     Pcss,
-    /// Cones through the voxels (of `voxel-cone`): soft, without noise, and blind to what is smaller than
-    /// a voxel.
+    /// Cones through the voxels (only `voxel-cone`): soft and without noise, but they miss what is smaller than a
+    /// voxel.
     Cones,
 }
 
 impl RealtimeArguments {
-    /// How shadow maps are filtered; None: there are none.
+    /// How shadow maps are filtered; None: no shadow maps.
     fn filtering(&self) -> Option<ShadowFiltering> {
         match self.shadows {
             ShadowArgument::Rays | ShadowArgument::Cones => None,
@@ -89,7 +89,7 @@ fn parse_near(text: &str) -> Result<f32, String> {
     }
 }
 
-/// Renders frames with the technique, and writes what was asked for.
+/// Renders frames with the technique, and writes the requested channel.
 pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> CommandResult {
     let output = &arguments.output;
     let shadows = arguments.realtime.shadows;
@@ -113,9 +113,9 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         errln!("{}{}", if notice.is_warning { "warning: " } else { "" }, notice.text);
     }
     let visibility = match shadows {
-        ShadowArgument::Cones => made
-            .visibility()
-            .ok_or("--shadows cones needs a technique that has cones: voxel-cone")?,
+        ShadowArgument::Cones => {
+            made.visibility().ok_or("--shadows cones needs the technique voxel-cone")?
+        }
         _ => of_voxels,
     };
     let what = settings!(FramesToRender {
@@ -128,7 +128,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         }),
         direct: settings!(DirectSettings {
             n_samples: arguments.realtime.light_samples,
-            // What cones find they find by drawing lights.
+            // Cones find light by sampling lights only, not by sampling the BSDF.
             n_bsdf_samples: if shadows == ShadowArgument::Cones {
                 0
             } else {
@@ -141,7 +141,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
     });
     let interrupted = interrupt_flag()?;
     if info.device_type == wgpu::DeviceType::Cpu {
-        errln!("compiling the kernels (some seconds; the driver keeps them for next time)");
+        errln!("compiling the kernels (takes some seconds; the driver caches them for next time)");
     }
     let mut meter = Meter::new("rendering");
     let mut passes =
@@ -159,13 +159,13 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
     let left_out: u64 = sums.iter().map(|pixel| u64::from(pixel.n_rejected)).sum();
     if left_out + u64::from(stats.n_rejected) > 0 {
         errln!(
-            "warning: light was not finite, or its cones took more steps than the driver lets a loop take: {} times direct light was replaced by 0, {left_out} times a pixel of a frame was left out",
+            "warning: light was not finite, or its cones took more steps than this driver allows in a loop: direct light was replaced by 0 {} times, and a pixel of a frame was left out {left_out} times",
             stats.n_rejected
         );
     }
     if stats.n_cut > 0 {
         errln!(
-            "warning: direct light of {} pixels (of {} frames together) is wrong: this driver ends loops after 65535 iterations; use fewer --light-samples",
+            "warning: direct light of {} pixels (over {} frames) is wrong: this driver ends loops after 65535 iterations; use fewer --light-samples",
             stats.n_cut,
             stats.n_frames
         );
@@ -209,7 +209,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
     Ok(())
 }
 
-/// All numbers about a technique; of those that stand several times (a level each) the sum.
+/// All statistics of a technique; those with the same name (one per level) are added up.
 fn read_stats(gpu: &Gpu, technique: &dyn Technique) -> Result<Vec<(Stat, u64)>, LostGpu> {
     let mut out: Vec<(Stat, u64)> = Vec::new();
     for stat in technique.stats() {

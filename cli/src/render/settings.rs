@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Flags made of the techniques' lists of settings.
+//! Flags generated from the techniques' lists of settings.
 
 use clap::builder::StyledStr;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use lucerna::techniques::{Setting, SettingKind, SettingValue, TECHNIQUES, TechniqueEntry};
 
-/// Settings that were given, whatever the technique.
+/// Settings that were given, of any technique.
 #[derive(Clone, Debug, Default)]
 pub struct SettingArguments {
     given: Vec<(&'static str, String)>,
@@ -38,10 +38,10 @@ fn flags() -> Vec<Flag> {
 }
 
 impl SettingArguments {
-    /// Those of a technique, to make it with.
+    /// The settings of one technique, to create it with.
     ///
     /// # Errors
-    /// One that was given is not a setting of it.
+    /// A setting was given that the technique does not have.
     pub fn of(&self, technique: &TechniqueEntry) -> Result<Vec<(&str, &str)>, String> {
         let mut out = Vec::new();
         for (name, value) in &self.given {
@@ -50,7 +50,7 @@ impl SettingArguments {
                 let others: Vec<_> =
                     others.iter().flat_map(|flag| &flag.of).map(|(of, ..)| of.name).collect();
                 return Err(format!(
-                    "--{name} is a setting of {}, and the technique is {}",
+                    "--{name} is a setting of {}, but the technique is {}",
                     others.join(" and "),
                     technique.name
                 ));
@@ -102,7 +102,9 @@ impl Args for SettingArguments {
                     for setting in &settings {
                         match setting.parse(text) {
                             Ok(_) => return Ok(text.to_owned()),
-                            Err(error) => last = Some(format!("possible is {}", error.possible)),
+                            Err(error) => {
+                                last = Some(format!("possible values: {}", error.possible))
+                            }
                         }
                     }
                     Err(last.unwrap_or_default())

@@ -327,7 +327,7 @@ fn cones_are_told_where_they_cannot_go() {
     let refused = |more: &[&str], reason: &str| {
         cones(more, &output).exits(1).gives_nothing().says(&["error: ", reason]);
     };
-    refused(&["--bounces=0"], "bounces is 0; possible is 1 to 64, or unlimited");
+    refused(&["--bounces=0"], "bounces is 0; possible values: 1 to 64, or unlimited");
     // Settings of another technique are not passed over.
     refused(&["--lookup=valid"], "--lookup is a setting of voxel-rt");
     let scene = cornell();

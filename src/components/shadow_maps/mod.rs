@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Shadow maps of point, spot and directional lights, for direct light of pixels and of voxels.
 //!
-//! [`ShadowMaps`] draws what the lights see; [`ShadowMaps::visibility`] brings it to kernels that ask
-//! `scene::visibility`. Emissive surfaces and the sky, and lights that found no room, have rays.
+//! [`ShadowMaps`] draws what the lights see; [`ShadowMaps::visibility`] binds it for kernels that import
+//! `scene::visibility`. Emissive surfaces, the sky, and lights for which there is no map use rays.
 //!
 //! | texture | bytes |
 //! |---|---|
@@ -37,9 +37,9 @@ pub enum ShadowFiltering {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ShadowSettings {
-    /// Texels along a map's side, 16 to what the device's textures have.
+    /// Texels along each side of a map, from 16 to the device's limit for textures.
     pub resolution: u32,
-    /// How they are filtered.
+    /// How maps are filtered.
     pub filtering: ShadowFiltering,
 }
 
@@ -51,18 +51,18 @@ impl Default for ShadowSettings {
 }
 
 impl ShadowSettings {
-    /// Maps of this many texels along a side, filtered so.
+    /// Maps with this many texels along each side, and this filter.
     pub fn new(resolution: u32, filtering: ShadowFiltering) -> Self {
         Self { resolution, filtering }
     }
 }
 
-/// Shadow maps that cannot be.
+/// Shadow maps could not be created or drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShadowError {
     /// A setting is out of range.
-    #[error("{name} of shadow maps is {value}; possible is {possible}")]
+    #[error("{name} of shadow maps is {value}; possible values: {possible}")]
     Setting {
         /// Which.
         name: &'static str,
@@ -71,17 +71,17 @@ pub enum ShadowError {
         /// What may be given.
         possible: &'static str,
     },
-    /// The scene is not what the maps were made for, or gives nothing to rasterise.
+    /// The scene differs from the one that the maps were made for, or cannot be rasterised.
     #[error(transparent)]
     Mismatch(#[from] Mismatch),
-    /// Maps that would fill a GPU.
+    /// The maps would take too much memory.
     #[error(
         "{n} shadow maps of {resolution} x {resolution} texels take more than 2 GiB; use a smaller resolution or fewer lights"
     )]
     TooLarge {
         /// Views of all lights together.
         n: u32,
-        /// Texels along a map's side.
+        /// Texels along each side of a map.
         resolution: u32,
     },
 }
@@ -89,34 +89,35 @@ pub enum ShadowError {
 /// Bytes that all maps may take together.
 const MAX_BYTES: u64 = 2 << 30;
 
-/// The largest disc \[texels\]: its 32 points stand 11 texels apart then.
+/// The largest disc \[texels\], whose 32 points are 11 texels apart.
 const MAX_TEXELS: f32 = 64.0;
 /// How far points move along their normal \[texels\].
 const NORMAL_OFFSET: f32 = 1.5;
-/// Bias when depths are written, by slope (negative: away from the light) and in units of the last place.
+/// Depth bias in proportion to the slope (negative: away from the light), and in units of the last place.
 const SLOPE_BIAS: f32 = -2.0;
 const CONSTANT_BIAS: i32 = -8;
 
-/// Maps of the first lights without extent: as many as have room in 48 views, at most 16.
+/// Maps of the first lights without extent: as many lights as fit into 48 views, at most 16.
 #[derive(Debug)]
 pub struct ShadowMaps {
     settings: ShadowSettings,
     shaders: Shaders,
     depth: RenderKernel,
     uniform: wgpu::Buffer,
-    /// One a view.
+    /// One per view.
     layers: Vec<wgpu::TextureView>,
     all_layers: wgpu::TextureView,
     sampler: wgpu::Sampler,
-    /// Of the scene that was drawn last.
+    /// Revisions of the scene that was drawn last.
     seen: Option<Revisions>,
 }
 
 impl ShadowMaps {
-    /// Compiles the kernel and makes the maps, for scenes of the same variant with as many lights of each kind.
+    /// Compiles the kernel and creates the maps, for scenes of the same variant with the same number of lights of each
+    /// kind.
     ///
     /// # Errors
-    /// [`ShadowError`]: a setting is out of range, or the scene gives nothing to rasterise.
+    /// [`ShadowError`]: a setting is out of range, or the scene cannot be rasterised.
     pub fn new(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
@@ -192,7 +193,7 @@ impl ShadowMaps {
         })
     }
 
-    /// For kernels that ask how much of a light is seen.
+    /// Visibility of lights by these maps, for kernels that use it.
     pub fn visibility(&self) -> LightVisibility {
         let bindings = vec![
             ("shadows", OwnedResource::Buffer(self.uniform.clone())),
@@ -205,9 +206,9 @@ impl ShadowMaps {
     /// Records drawing the maps, if the scene has changed since they were last drawn.
     ///
     /// # Errors
-    /// [`ShadowError::Mismatch`]: the scene's variant is another, or its lights need more views than those of the one that
-    /// this was made for (there are more, or a spot has become wider than 74° from its axis, which takes six). Nothing is
-    /// recorded then.
+    /// [`ShadowError::Mismatch`]: the scene has another variant, or its lights need more views than those of the scene
+    /// that this was made for (there are more lights, or a spot light has become wider than 74° from its axis, which
+    /// takes six views). In that case nothing is recorded.
     pub fn record(
         &mut self,
         recorder: &mut Recorder,
@@ -247,7 +248,7 @@ impl ShadowMaps {
     }
 }
 
-/// Fails where settings are out of range.
+/// Fails if a setting is out of range.
 fn check(gpu: &Gpu, settings: &ShadowSettings) -> Result<(), ShadowError> {
     let within = |name, value: f32, range: std::ops::RangeInclusive<f32>, possible| {
         if range.contains(&value) {

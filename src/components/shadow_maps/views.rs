@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! From where lights see the scene.
+//! The views from which lights see the scene.
 
 use super::ShadowFiltering;
 use crate::bindings::lucerna::components::shadow_maps::shadow_map::{ShadowFilter, ShadowView};
@@ -8,21 +8,22 @@ use crate::seam::{PunctualLight, SceneFacts};
 use bytemuck::Zeroable;
 use glam::{UVec4, Vec3};
 
-/// As many views and lights as the uniform has room for.
+/// The number of views and lights that the uniform has room for.
 const MAX_VIEWS: usize = 48;
 const MAX_LIGHTS: usize = 16;
 
-/// A spot light that opens wider than this from its axis is seen as a point light.
+/// A spot light that is wider than this angle from its axis is treated as a point light.
 const WIDEST_SPOT: f32 = 1.3;
-/// Views of a point light overlap by so much, for filters at their borders.
+/// Half the width of a point light's views, at distance 1: they overlap for filters at their
+/// borders.
 const CUBE_HALF_WIDTH: f32 = 1.1;
-/// The near plane in diagonals of the scene.
+/// The near plane, in units of the scene's diagonal.
 const NEAR: f32 = 1e-3;
 
 /// Views of all lights that have maps.
 pub(super) struct Views {
     pub views: Vec<ShadowView>,
-    /// Of each light its first view, how many, and whether it is directional.
+    /// For each light its first view, the number of its views, and whether it is directional.
     lights: Vec<(u32, u32, bool)>,
 }
 
@@ -61,7 +62,7 @@ pub(super) fn views_of(scene: &SceneFacts) -> Views {
         };
         let of_light: Vec<ShadowView> = match light {
             PunctualLight::Directional { direction } => {
-                // Around the scene's sphere, and as deep.
+                // As wide and deep as the scene's bounding sphere.
                 let half = 0.5 * diagonal;
                 let place = middle - direction * (half + 2.0 * near);
                 vec![view(place, direction, half, 2.0 * half + 2.0 * near)]

@@ -5,35 +5,35 @@ use super::FaceLight;
 use crate::bindings::lucerna::components::voxels::levels::VoxelLevels;
 use crate::gpu::{Bindings, Gpu, GpuError, buffer, storage_buffer};
 
-/// Everything that the technique keeps between frames, of all levels together.
+/// Everything that the technique keeps between frames, for all levels together.
 #[derive(Debug)]
 pub struct CacheBuffers {
     /// `VoxelLevels`, uniform.
     pub levels: wgpu::Buffer,
-    /// Each level's count of voxels, and of those that found no room: uniform, 16 bytes.
+    /// For each level, the number of voxels and of voxels that did not fit: uniform, 16 bytes.
     pub counts: Vec<wgpu::Buffer>,
-    /// Of each level the bricks' words, then a packed cell and its walls for each slot.
+    /// For each level the bricks' words, then for each slot a packed cell and its walls.
     pub structure: wgpu::Buffer,
-    /// `structure` as it was before something moved.
+    /// `structure` before something moved.
     pub structure_before: wgpu::Buffer,
-    /// `array<FaceLight>`: of each level, slot · faces + face.
+    /// `array<FaceLight>`: for each level, indexed by slot · faces + face.
     pub lights: wgpu::Buffer,
-    /// `lights` as they were before something moved.
+    /// `lights` before something moved.
     pub lights_before: wgpu::Buffer,
-    /// What bounces see, `array<vec4<f32>>` in the order of `lights`.
+    /// What bounces look up, `array<vec4<f32>>` in the order of `lights`.
     pub reflected: wgpu::Buffer,
-    /// What pictures see, likewise.
+    /// What pictures look up, in the same form.
     pub shown: wgpu::Buffer,
-    /// Two u32, counted over all frames: faces with light that was not finite, and faces of which samples are missing
-    /// because the driver ended loops early.
+    /// Two u32, counted over all frames: faces whose light was not finite, and faces with missing samples because the
+    /// driver ended loops early.
     pub faults: wgpu::Buffer,
 }
 
 impl CacheBuffers {
-    /// Buffers with room for so many words of structure and records of light.
+    /// Creates buffers with room for this many words of structure and records of light.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`]: one is larger than the device binds.
+    /// [`GpuError::TooLarge`]: a buffer is larger than the device can bind.
     pub fn new(
         gpu: &Gpu,
         layout: &VoxelLevels,
@@ -63,7 +63,7 @@ impl CacheBuffers {
         })
     }
 
-    /// What kernels bind that look light up (`fields::voxel_light`): `reflected` or `shown`.
+    /// The bindings of kernels that look up light (`fields::voxel_light`): `reflected` or `shown`.
     pub fn field<'a>(&'a self, light: &'a wgpu::Buffer) -> Bindings<'a> {
         vec![
             ("levels", (&self.levels).into()),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernel `voxel_light/carry`: brings the cache into a new structure.
+//! The kernel `voxel_light/carry`: copies the cache into a new structure.
 
 use super::cache::CacheBuffers;
 use crate::gpu::{ComputeKernel, ComputeRecorder, Dispatch, Gpu, Shaders};
@@ -16,7 +16,7 @@ impl CarryPass {
         Self(ComputeKernel::new(gpu, &Shaders::default(), None, "voxel_light/carry"))
     }
 
-    /// Carries the light of level `info.level`. `slots`: one invocation a slot.
+    /// Carries the light of level `info.level` over. `slots`: one invocation per slot.
     pub fn record(
         &self,
         pass: &mut ComputeRecorder,

@@ -15,15 +15,15 @@ use glam::Vec3;
 
 pub use crate::bindings::kernels::voxel_light::deposit::DepositInfo;
 
-/// The packed strategies hold the irradiance at this share of the scene's diagonal as their largest: they
-/// have 255 steps alone.
+/// The largest irradiance of the packed strategies, which have only 255 steps, is the one at this share of the scene's
+/// diagonal.
 const PACKED_NEAREST: f32 = 0.125;
 
-/// What [`Injection::largest_irradiance`] may be.
+/// The range of [`Injection::largest_irradiance`].
 const MIN_LARGEST: f32 = 1e-18;
 const MAX_LARGEST: f32 = 1e30;
 
-/// The compiled kernels, and of each level what was injected.
+/// The compiled kernels, and the injected light of each level.
 #[derive(Debug)]
 pub struct DepositPass {
     rays: RaysInjected,
@@ -34,10 +34,10 @@ pub struct DepositPass {
 }
 
 impl DepositPass {
-    /// Compiles the kernels; None where faces find their direct light themselves.
+    /// Compiles the kernels; None if faces sample their direct light themselves.
     ///
     /// # Errors
-    /// [`InjectError`]: a buffer is larger than the device binds.
+    /// [`InjectError`]: a buffer is larger than the device can bind.
     pub(super) fn new<'a>(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
@@ -64,7 +64,7 @@ impl DepositPass {
 
     /// Traces this frame's rays and deposits what they find. `voxelizers`: of the levels.
     ///
-    /// `seed`: another one in each frame. `light_frames`: see `cache::add_deposit`.
+    /// `seed`: a different one in each frame. `light_frames`: see `cache::add_deposit`.
     #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
     pub(super) fn record<'a>(
         &self,
@@ -114,7 +114,7 @@ impl DepositPass {
         Ok(())
     }
 
-    /// What was injected, of each level; its counters say what had to be left out.
+    /// The injected light of each level; its counters say what was left out.
     pub fn volumes(&self) -> &[VoxelIrradiance] {
         &self.volumes
     }

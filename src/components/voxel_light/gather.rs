@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernel `voxel_light/gather`: renews the irradiance of one level's faces.
+//! The kernel `voxel_light/gather`: updates the irradiance of one level's faces.
 
 use super::cache::CacheBuffers;
 use crate::components::LightVisibility;
@@ -16,7 +16,7 @@ pub struct GatherPass {
 }
 
 impl GatherPass {
-    /// Compiles the kernel for the scene's variant. `visibility`: what tells which lights points see.
+    /// Compiles the kernel for the scene's variant. `visibility`: how points find out which lights they see.
     pub fn new(gpu: &Gpu, scene: &dyn SceneSeam, visibility: &LightVisibility) -> Self {
         let variant = visibility.variant(scene.shaders().variant());
         let shaders = scene.shaders().with_variant(variant);
@@ -26,8 +26,8 @@ impl GatherPass {
         }
     }
 
-    /// Renews level `info.level`. `records`: one invocation a record. `scene`: of the variant that the kernel was compiled
-    /// for.
+    /// Updates level `info.level`. `records`: one invocation per record. `scene`: must have the variant that the kernel
+    /// was compiled for.
     pub fn record(
         &self,
         pass: &mut ComputeRecorder,

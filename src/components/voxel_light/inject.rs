@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The passes that trace, write and resolve.
+//! The passes that trace rays, write their samples, and resolve the means.
 
 use super::write::quantum;
 use super::{InjectError, VoxelIrradiance, WriteStrategy};
@@ -13,35 +13,34 @@ use glam::{UVec2, UVec3};
 /// Where samples come from.
 #[derive(Clone, Copy, Debug)]
 pub enum InjectionSource<'a> {
-    /// Rays of one point, spot or directional light, in the order of [`crate::scene::Scene::lights`].
+    /// Rays from one point, spot or directional light, by its index in [`crate::scene::Scene::lights`].
     Light(u32),
-    /// Rays of all emissive triangles and the sky; nothing where there is neither.
+    /// Rays from all emissive triangles and the sky; nothing if there are neither.
     Extended,
-    /// Rays of a camera, with one shadow ray each to a light of any kind.
+    /// Rays from a camera, each with one shadow ray to a light of any kind.
     Camera(&'a Camera),
-    /// Samples that are there: a storage buffer of [`super::VoxelSample`], and how many; at most
-    /// 65 535 · 1024.
+    /// Existing samples: a storage buffer of [`super::VoxelSample`], and their number, at most 65 535 · 1024.
     Samples(&'a wgpu::Buffer, u32),
 }
 
-/// Rays to trace and how their samples are scaled.
+/// Which rays to trace, and how their samples are scaled.
 #[derive(Clone, Copy, Debug)]
 pub struct Injection<'a> {
     /// Where samples come from.
     pub source: InjectionSource<'a>,
     /// n: n × n rays are traced.
     pub n_rays: u32,
-    /// Stream of random numbers.
+    /// Seed of the random numbers.
     pub seed: u32,
-    /// The largest irradiance that a sample may have \[W·m⁻²\]; larger ones are clamped and counted.
-    /// Between 1e-18 and 1e30; that of lights is [`LightPeak`](crate::seam::LightPeak). With half a cell as the nearest distance,
-    /// surfaces that face a point light are right to 1e-4 up to 450 cells away. [`WriteStrategy::Exact`] rounds it up to a power of two, and means
-    /// are right to 1e-4 from 1.2e-6 of that on (absolutely, to 1.2e-10 of it); the packed
-    /// strategies hold 255 steps of it.
+    /// The largest irradiance that a sample may have \[W·m⁻²\]; larger ones are clamped and counted. Between 1e-18 and
+    /// 1e30; for lights, [`LightPeak`](crate::seam::LightPeak) gives it. With half a cell as the nearest distance,
+    /// surfaces that face a point light are accurate to 1e-4 up to 450 cells away. [`WriteStrategy::Exact`] rounds it
+    /// up to a power of two; means above 1.2e-6 of that are accurate to 1e-4 (and all means to 1.2e-10 of it,
+    /// absolutely). The packed strategies divide it into 255 steps.
     pub largest_irradiance: f32,
 }
 
-/// The compiled kernels, for volumes of one strategy.
+/// The compiled kernels for volumes of one strategy.
 #[derive(Debug)]
 pub struct VoxelInjector {
     strategy: WriteStrategy,
@@ -51,7 +50,7 @@ pub struct VoxelInjector {
     camera: ComputeKernel,
     samples: ComputeKernel,
     resolve: ComputeKernel,
-    /// Bound where an injection has no samples.
+    /// Bound if an injection has no samples.
     no_samples: wgpu::Buffer,
 }
 
@@ -75,11 +74,11 @@ impl VoxelInjector {
         }
     }
 
-    /// Records the injections in one pass (none: the means stay). Afterwards the volume's means are the sums of theirs, and
-    /// what they were before is gone.
+    /// Records the injections in one pass (if there are none, the means stay). Afterwards the volume's means are the
+    /// sums of the injections' means; the former means are lost.
     ///
     /// # Errors
-    /// [`InjectError`]; nothing has been recorded then.
+    /// [`InjectError`]; in that case nothing is recorded.
     pub fn record(
         &self,
         recorder: &mut Recorder,
@@ -128,7 +127,7 @@ impl VoxelInjector {
         volume: &VoxelIrradiance,
         injection: &Injection,
     ) -> Result<(), InjectError> {
-        // An invocation takes a run of rays.
+        // Each invocation traces a run of rays.
         let n_runs = injection.n_rays.div_ceil(kernel::RUN_SIDE);
         let rays = Dispatch::Area(UVec2::splat(n_runs));
         let (kernel, size, samples) = match injection.source {
@@ -172,13 +171,13 @@ impl VoxelInjector {
     }
 }
 
-/// Of `inject_samples`.
+/// Samples per workgroup of `inject_samples`.
 const SAMPLES_PER_GROUP: u32 = kernel::compute::INJECT_SAMPLES_WORKGROUP_SIZE[0] * kernel::RUN;
 
 fn check(scene: &dyn SceneSeam, injection: &Injection) -> Result<(), InjectError> {
     quantum(injection.largest_irradiance)?;
     let samples = match injection.source {
-        // As many as workgroups of one axis take.
+        // As many as fit into the workgroups of one axis.
         InjectionSource::Samples(_, n) if n.div_ceil(SAMPLES_PER_GROUP) <= 65_535 => u64::from(n),
         InjectionSource::Samples(_, n) => {
             return Err(InjectError::TooManySamples { samples: u64::from(n) });

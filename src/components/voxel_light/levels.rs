@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which grids there are: as fine as the camera's surroundings ask for, as wide as what can be seen.
+//! The layout of the grids: as fine as the camera's surroundings require, and as wide as what can be seen.
 
 use super::{FaceLight, Levels, VoxelLightError, VoxelLightSettings};
 use crate::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
@@ -8,24 +8,24 @@ use crate::seam::{SceneSeam, Surroundings};
 use glam::{IVec3, UVec3, Vec3};
 use std::mem::offset_of;
 
-/// As many levels as the uniform has room for.
+/// The number of levels that the uniform has room for.
 pub(super) const MAX_LEVELS: u32 =
     (offset_of!(VoxelLevels, n_levels) / size_of::<VoxelLevel>()) as u32;
 
-/// A level follows the eye in steps of so many cells.
+/// A level follows the eye in steps of this many cells.
 const SCROLL_STEP: i32 = 8;
 
-/// How wide the finest grid is where [`Levels::Auto`] makes several, in median distances: about as of a church or an atrium around
-/// who stands in it.
+/// Width of the finest grid if [`Levels::Auto`] makes several, in median distances: about the size of a church or an
+/// atrium around someone who is in it.
 const WANTED_WIDTH: f32 = 8.0;
 /// One grid is fine enough for a scene that is no wider than this many median distances.
 const ENOUGH_WIDTH: f32 = 16.0;
-/// Levels that are made at most where nobody says how many.
+/// The most levels that [`Levels::Auto`] makes.
 const MAX_AUTO_LEVELS: u32 = 4;
-/// Fewer cells to the median distance are worth a warning.
+/// With fewer cells than this within the median distance there is a warning.
 const COARSE_CELLS: f32 = 4.0;
-/// What lies farther away than this many times the farthest visible thing gets no voxels: a stray triangle does not make
-/// the cells large.
+/// What is more than this many times as far away as the farthest visible surface gets no voxels, so that a stray
+/// triangle does not make the cells large.
 const FARTHEST_TIMES: f32 = 1024.0;
 
 /// How fine and how wide the grids are.
@@ -35,22 +35,22 @@ pub struct VoxelReach {
     pub finest_cell: f32,
     /// Edge of the coarsest cells \[m\].
     pub coarsest_cell: f32,
-    /// What stood around the eye; None if nothing could be seen from there.
+    /// What was around the eye; None if nothing could be seen from there.
     pub surroundings: Option<Surroundings>,
-    /// The scene's box reaches beyond the coarsest grid, for what lies there is too far off: it has no voxels.
+    /// Whether the scene's box reaches beyond the coarsest grid: what is there is too far away, and has no voxels.
     pub is_cut: bool,
 }
 
 impl VoxelReach {
-    /// Whether the finest cells are so large beside what stands around the eye (fewer than 4 to its median distance) that light is
-    /// wrong.
+    /// Whether the finest cells are so large, compared with what is around the eye (fewer than 4 within the median
+    /// distance), that light is wrong.
     pub fn is_coarse(&self) -> bool {
         self.surroundings.is_some_and(|around| self.finest_cell * COARSE_CELLS > around.median)
     }
 }
 
-/// The levels' grids: finer ones around the eye, each with its place in the world's grid of its cells,
-/// and the whole scene's.
+/// The levels' grids: finer ones around the eye, each with its position in the world's grid of cells of its size, and
+/// the grid of the whole scene.
 pub(super) fn grids(
     scene: &dyn SceneSeam,
     settings: &VoxelLightSettings,
@@ -77,14 +77,15 @@ pub(super) fn grids(
         Levels::Nested(n) => (n, whole.cell * 0.5f32.powi(n as i32 - 1)),
         Levels::Auto if (max - min).max_element() <= ENOUGH_WIDTH * median => (1, whole.cell),
         Levels::Auto => {
-            // Halves of the whole scene's cells as long as these get there; else the jump to the whole scene is larger.
+            // Cells are halved from the whole scene's on, if that reaches the wanted size; otherwise the step to the
+            // whole scene is larger.
             let halvings = (whole.cell / wanted).log2().ceil().max(1.0) as u32;
             let n = (halvings + 1).min(MAX_AUTO_LEVELS);
             let reached = whole.cell * 0.5f32.powi(n as i32 - 1);
             (n, if halvings < MAX_AUTO_LEVELS { reached } else { wanted })
         }
     };
-    // What the light of all levels together may take.
+    // The memory that the light of all levels together may take.
     let room = limit.min(MAX_BINDING) / (size_of::<FaceLight>() as u64 * u64::from(n_faces));
     let room = (room / u64::from(n_levels)).max(1) as u32;
     let whole = VoxelGrid { capacity: whole.capacity.min(room), ..whole };
@@ -107,7 +108,7 @@ pub(super) fn grids(
     Ok((finer.chain([(whole, IVec3::ZERO)]).collect(), reach))
 }
 
-/// Where a level begins so that the eye is in its middle, in steps of a few cells.
+/// Where a level starts so that the eye is in its middle, in steps of a few cells.
 pub(super) fn corner_around(eye: Vec3, grid: &VoxelGrid) -> IVec3 {
     let middle = (eye / (grid.cell * SCROLL_STEP as f32)).round().as_ivec3() * SCROLL_STEP;
     middle - (grid.size / 2).as_ivec3()

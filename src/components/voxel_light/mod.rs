@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light of voxels: irradiance that is kept for the faces of the voxels that surfaces stand in, in nested grids around the
-//! eye. The method is described in `docs/techniques/voxel-rt.md`.
+//! Light of voxels: irradiance that is stored for the faces of the voxels that contain surfaces, in nested grids around
+//! the eye. The method is described in `docs/techniques/voxel-rt.md`.
 //!
 //! ```text
 //! Voxelizer ──structure──▶ CarryPass ──▶ GatherPass (every frame) ──▶ PublishPass ──▶ reflected, shown
@@ -8,8 +8,8 @@
 //!  or the grid scrolled     is known       voxels
 //! ```
 //!
-//! Faces find their direct light themselves; or [`VoxelInjector`] deposits it by rays
-//! from lights or the camera ([`DirectLight`]) with one of four [`WriteStrategy`]s, ahead of the gathering.
+//! Faces sample their direct light themselves; or [`VoxelInjector`] deposits it by rays from lights or the camera
+//! ([`DirectLight`]) with one of four [`WriteStrategy`]s, before the gathering.
 
 mod cache;
 mod carry;
@@ -55,12 +55,12 @@ pub use structure::sparse_grid;
 pub use walls::{WallsInfo, WallsPass};
 pub use write::{InjectError, RejectedSamples, VoxelIrradiance, WriteStrategy};
 
-/// The voxels' light could not be set up, or not be brought up to date.
+/// The voxels' light could not be created, or could not be updated.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum VoxelLightError {
     /// A setting is out of range.
-    #[error("{name} is {value}; possible is {possible}")]
+    #[error("{name} is {value}; possible values: {possible}")]
     Setting {
         /// Which.
         name: &'static str,
@@ -69,10 +69,10 @@ pub enum VoxelLightError {
         /// What may be given.
         possible: &'static str,
     },
-    /// Rays from the camera were asked for, and the eye has none.
-    #[error("rays from the camera need one: make the eye of a view")]
+    /// Rays from the camera were requested, but the eye has no camera.
+    #[error("rays from the camera need a camera: make the eye from a view")]
     NoCamera,
-    /// The scene is not what this was made for.
+    /// The scene differs from the one that this was made for.
     #[error(transparent)]
     Mismatch(#[from] Mismatch),
     /// The grid.
@@ -86,17 +86,17 @@ pub enum VoxelLightError {
     Gpu(#[from] GpuError),
 }
 
-/// From where the scene is seen: nested grids follow it.
+/// The point from which the scene is seen. Nested grids follow it.
 #[derive(Clone, Copy, Debug)]
 pub struct Eye {
     /// \[m\]
     pub position: Vec3,
-    /// For rays from the camera ([`DirectLight::FromCamera`]).
+    /// The camera, for rays from it ([`DirectLight::FromCamera`]).
     pub camera: Option<Camera>,
 }
 
 impl Eye {
-    /// A place alone \[m\].
+    /// Only a position \[m\].
     pub fn at(position: Vec3) -> Self {
         Self { position, camera: None }
     }
@@ -107,15 +107,15 @@ impl Eye {
     }
 }
 
-/// What to do where a driver ends loops.
+/// What to do if a driver ends loops early.
 const LOOPS_ENDED: &str =
     "this driver ends loops after 65535 iterations: use fewer points, bounces or cones";
 
-/// Rays that a face remembers of what stands in its cell while things move.
+/// Rays over which a face averages what is in its cell, while things move.
 const RAYS_WHILE_MOVING: u32 = 8;
 
-/// Frames after a change in which nothing older than a frame counts: light that is reflected again and
-/// again needs as many to arrive.
+/// Frames after a change in which nothing older than a frame counts: light that is reflected repeatedly needs this many
+/// to arrive.
 const FRAMES_WITHOUT_HISTORY: u32 = 4;
 
 /// Voxels of a scene and the light that their faces receive.
@@ -126,13 +126,13 @@ pub struct VoxelLight {
     levels: Vec<Level>,
     layout: VoxelLevels,
     buffers: CacheBuffers,
-    /// None: faces find their direct light themselves.
+    /// None: faces sample their direct light themselves.
     deposit: Option<DepositPass>,
     gather: GatherPass,
     carry: CarryPass,
     walls: WallsPass,
     publish: PublishPass,
-    /// Of the scene at the last update; None: there was none.
+    /// Revisions of the scene at the last update; None before the first one.
     seen: Option<Revisions>,
     frames_since_change: u32,
     frames_since_motion: u32,
@@ -145,30 +145,30 @@ pub struct VoxelLight {
 #[derive(Debug)]
 struct Level {
     voxelizer: Voxelizer,
-    /// Cell of the world's grid of this size at which the level begins, if it follows the eye.
+    /// The cell of the world's grid of this size at which the level starts, if it follows the eye.
     corner: IVec3,
 }
 
 impl Level {
-    /// One invocation a slot.
+    /// One invocation per slot.
     fn slots(&self) -> Dispatch<'_> {
         Dispatch::Indirect(self.voxelizer.counts(), VOXEL_GROUPS_OFFSET)
     }
 
-    /// One invocation a record.
+    /// One invocation per record.
     fn records(&self) -> Dispatch<'_> {
         Dispatch::Indirect(self.voxelizer.counts(), RECORD_GROUPS_OFFSET)
     }
 }
 
 impl VoxelLight {
-    /// Makes the buffers and compiles the kernels, for scenes of the same variant and bounds.
+    /// Creates the buffers and compiles the kernels, for scenes of the same variant and bounds.
     ///
-    /// `visibility`: what tells which lights faces see. `eye` \[m\]: where the camera stands; the levels are laid out for what
-    /// can be seen from there.
+    /// `visibility`: how faces find out which lights they see. `eye` \[m\]: the camera's position; the levels are laid
+    /// out for what can be seen from there.
     ///
     /// # Errors
-    /// [`VoxelLightError`]: a setting is out of range, or a buffer is larger than the device binds.
+    /// [`VoxelLightError`]: a setting is out of range, or a buffer is larger than the device can bind.
     pub fn new(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
@@ -223,32 +223,32 @@ impl VoxelLight {
         self.levels.iter().map(|level| &level.voxelizer)
     }
 
-    /// Whether the last [`update`](Self::update) made a new structure: voxels have other places in memory.
+    /// Whether the last [`update`](Self::update) made a new structure, so that voxels have other slots.
     pub fn has_new_structure(&self) -> bool {
         self.has_new_structure
     }
 
-    /// Updates so far.
+    /// Number of updates so far.
     pub fn n_frames(&self) -> u32 {
         self.n_frames
     }
 
-    /// Nested grids.
+    /// Number of nested grids.
     pub fn n_levels(&self) -> usize {
         self.levels.len()
     }
 
-    /// How fine the cells are for what stood around the eye when this was made, and what lies beyond them.
+    /// How fine the cells are, compared with what was around the eye when this was made, and what is beyond them.
     pub fn reach(&self) -> &VoxelReach {
         &self.reach
     }
 
-    /// What was chosen.
+    /// The settings.
     pub fn settings(&self) -> &VoxelLightSettings {
         &self.settings
     }
 
-    /// Where a level's cells stand.
+    /// The grid of a level.
     pub fn grid(&self, level: usize) -> &VoxelGrid {
         self.levels[level].voxelizer.grid()
     }
@@ -258,12 +258,12 @@ impl VoxelLight {
         &self.buffers
     }
 
-    /// What rays from lights or the camera deposit; None where faces find their direct light themselves.
+    /// What rays from lights or the camera deposit; None if faces sample their direct light themselves.
     pub fn deposit(&self) -> Option<&DepositPass> {
         self.deposit.as_ref()
     }
 
-    /// How the grids were laid out where that is not plain, and where they are too coarse.
+    /// How the grids were laid out, if there are several, and whether they are too coarse.
     pub fn notices(&self) -> Vec<Notice> {
         let VoxelReach { finest_cell, coarsest_cell, surroundings, is_cut } = self.reach;
         let mut notices = Vec::new();
@@ -275,19 +275,19 @@ impl VoxelLight {
         }
         if is_cut {
             notices.push(Notice::warning(
-                "what lies more than 1024 times as far away as anything that the camera sees has no voxels, and gives no indirect light".into(),
+                "surfaces more than 1024 times as far away as anything that the camera sees have no voxels, and give no indirect light".into(),
             ));
         }
         if let Some(around) = surroundings.filter(|_| self.reach.is_coarse()) {
             let near = around.median;
             notices.push(Notice::warning(format!(
-                "the finest voxels are {finest_cell:.3} m wide, and half of what stands around the camera is nearer than {near:.3} m: indirect light will be wrong; choose levels `auto`, or more voxels"
+                "the finest voxels are {finest_cell:.3} m wide, but half of what is around the camera is nearer than {near:.3} m: indirect light will be wrong; choose levels `auto`, or more voxels"
             )));
         }
         notices
     }
 
-    /// What can be counted: voxels, bytes, and what is wrong.
+    /// Statistics: voxels, bytes, and what is wrong.
     pub fn stats(&self) -> Vec<Stat> {
         let of = &self.buffers;
         let kept = [
@@ -301,13 +301,13 @@ impl VoxelLight {
         let bytes = kept.iter().map(|buffer| buffer.size()).sum();
         let mut stats = vec![Stat::known("light of voxels", "bytes", bytes)];
         for counts in &of.counts {
-            let room = "use fewer voxels, or one value a voxel";
+            let room = "use fewer voxels, or one value per voxel";
             stats.push(Stat::counted("voxels of a level", "voxels", counts, 0));
             stats.push(Stat::counted("without room in a level", "voxels", counts, 4).fault(room));
         }
         let faults = [
             ("light was not finite and counts as dark", "faces", "please report it"),
-            ("fewer samples than asked for", "faces", LOOPS_ENDED),
+            ("fewer samples than requested", "faces", LOOPS_ENDED),
         ];
         for ((name, unit, advice), at) in faults.into_iter().zip([0, 4]) {
             stats.push(Stat::counted(name, unit, &of.faults, at).fault(advice));
@@ -333,12 +333,12 @@ impl VoxelLight {
         stats
     }
 
-    /// Records one frame of light: voxelizes what has moved, then renews every face. Where the scene has changed since
-    /// the last update ([`Revisions`]), what was learned from then on counts less.
+    /// Records one frame of light: voxelizes what has moved, then updates every face. If the scene has changed since
+    /// the last update ([`Revisions`]), light gathered before the change counts less.
     ///
     /// # Errors
-    /// The scene is not what this was made for, or the eye has no camera and rays are to leave it. Nothing useful is recorded
-    /// then.
+    /// The scene differs from the one that this was made for, or rays should start at the camera and the eye has none.
+    /// In that case nothing useful is recorded.
     pub fn update(
         &mut self,
         recorder: &mut Recorder,
@@ -364,7 +364,7 @@ impl VoxelLight {
                 self.seen = None;
                 return Err(error);
             }
-            // What bounces look up stands by the places of before.
+            // What bounces look up still has the former order.
             self.publish(recorder, light_rays as f32);
         }
         if let Some(deposit) = &self.deposit {
@@ -400,7 +400,7 @@ impl VoxelLight {
         Ok(())
     }
 
-    /// What is to be voxelized, by what has changed since the last update.
+    /// Which triangles to voxelize, given what has changed since the last update.
     fn notice(&mut self, now: Revisions) -> Option<Triangles> {
         let before = self.seen.replace(now);
         let is_same = |of: fn(&Revisions) -> u64| before.as_ref().map(of) == Some(of(&now));
@@ -418,8 +418,8 @@ impl VoxelLight {
         moved
     }
 
-    /// Moves the levels that the eye has left the middle of, by whole cells; how far each moved. The last
-    /// one is the whole scene's and stays.
+    /// Moves the levels whose middle the eye has left, by whole cells; returns how far each moved. The last one is the
+    /// whole scene's and stays.
     fn follow(&mut self, recorder: &mut Recorder, eye: Vec3) -> [IVec3; MAX_LEVELS as usize] {
         let mut shifts = [IVec3::ZERO; MAX_LEVELS as usize];
         let n_following = self.levels.len() - 1;
@@ -442,7 +442,7 @@ impl VoxelLight {
         shifts
     }
 
-    /// Notes the walls and makes what bounces and pictures look up.
+    /// Records the walls, and what bounces and pictures look up.
     fn publish(&self, recorder: &mut Recorder, light_rays: f32) {
         let pass = &mut recorder.compute("voxel_light/publish");
         for (level, of_level) in (0..).zip(&self.levels) {
@@ -458,7 +458,7 @@ impl VoxelLight {
         }
     }
 
-    /// Records new structures and carries the light into them.
+    /// Records new structures, and carrying the light over into them.
     fn voxelize(
         &mut self,
         recorder: &mut Recorder,

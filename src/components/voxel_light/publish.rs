@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernel `voxel_light/publish`: makes of the records what bounces and pictures look up.
+//! The kernel `voxel_light/publish`: computes from the records what bounces and pictures look up.
 
 use super::cache::CacheBuffers;
 use crate::gpu::{ComputeKernel, ComputeRecorder, Dispatch, Gpu, Shaders};
@@ -16,7 +16,7 @@ impl PublishPass {
         Self(ComputeKernel::new(gpu, &Shaders::default(), None, "voxel_light/publish"))
     }
 
-    /// Publishes level `info.level`. `records`: one invocation a record.
+    /// Publishes level `info.level`. `records`: one invocation per record.
     pub fn record(
         &self,
         pass: &mut ComputeRecorder,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Settings that techniques on the light of voxels share, described.
+//! Descriptions of the settings that techniques based on the light of voxels share.
 
 use super::levels::MAX_LEVELS;
 use super::{Bounces, Levels};
@@ -9,19 +9,19 @@ pub(crate) const ANISOTROPIC: Setting = Setting::new(
     "anisotropic",
     "",
     SettingKind::Switch,
-    "A value for each of a voxel's six faces, instead of one for all",
+    "Store a value for each of a voxel's six faces, instead of one for all",
 );
 pub(crate) const LEVELS: Setting = Setting::new(
     "levels",
     "grids",
     SettingKind::Integer { min: 1, max: MAX_LEVELS, word: Some(AUTO) },
-    "Nested grids: the coarsest holds the whole scene, the others stand around the camera, with cells half as large from one to the next. `auto`: more than one where that alone would be too coarse for what stands around the camera",
+    "Number of nested grids: the coarsest holds the whole scene, the others are around the camera, each with cells half as large as the next. `auto`: more than one if one would be too coarse for what is around the camera",
 );
 pub(crate) const POINTS: Setting = Setting::new(
     "points",
     "points",
     SettingKind::integer(1, 256),
-    "Surface points drawn on each voxel's face in each frame",
+    "Surface points sampled on each face of a voxel in each frame",
 );
 pub(crate) const BOUNCES: Setting = Setting::new(
     "bounces",
@@ -29,11 +29,11 @@ pub(crate) const BOUNCES: Setting = Setting::new(
     SettingKind::Integer { min: 0, max: 64, word: Some(UNLIMITED) },
     "How often light is reflected before it reaches the surface that is seen. `unlimited`: each frame adds a bounce, at no more cost than one",
 );
-/// Of techniques whose light has one bounce at least.
+/// For techniques whose light has at least one bounce.
 pub(crate) const BOUNCES_FROM_ONE: Setting =
     Setting { kind: SettingKind::Integer { min: 1, max: 64, word: Some(UNLIMITED) }, ..BOUNCES };
 pub(crate) const SEED: Setting =
-    Setting::new("seed", "", SettingKind::integer(0, u32::MAX), "Stream of random numbers");
+    Setting::new("seed", "", SettingKind::integer(0, u32::MAX), "Seed of the random numbers");
 const AUTO: &str = "auto";
 const UNLIMITED: &str = "unlimited";
 

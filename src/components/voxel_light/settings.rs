@@ -1,41 +1,41 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What can be chosen about the light of voxels.
+//! Settings of the light of voxels.
 
 use super::levels::MAX_LEVELS;
 use super::{VoxelLightError, WriteStrategy};
 use crate::components::voxels::Resolution;
 
-/// How often light is reflected before it is counted.
+/// How often light is reflected before it is looked up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bounces {
-    /// At most so many times before it reaches the surface that is seen; 0: no indirect light. Each
-    /// costs a ray for each point of a face.
+    /// At most this many times before it reaches the visible surface; 0: no indirect light. Each bounce costs a ray per
+    /// point of a face.
     UpTo(u32),
-    /// Reflected light is reflected again, a bounce a frame, without end; for one ray.
+    /// Without limit: reflected light is reflected again, one bounce per frame, at the cost of one ray.
     #[default]
     Unlimited,
 }
 
-/// Where the light comes from that the grid holds before it is reflected.
+/// How direct light reaches the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DirectLight {
-    /// Each face draws points of its surface, and for each a light and a shadow ray: what stands in
-    /// shadow is known to be dark, and no voxel can be hit more often than others.
+    /// Each face samples points of its surface, and for each a light with a shadow ray: what is in shadow is known to
+    /// be dark, and no voxel gets more samples than others.
     #[default]
     PerFace,
-    /// Rays leave the lights, as in the source: a square of them each light without extent, and one for all
-    /// emissive surfaces and the sky. Faces that none meets are dark.
+    /// Rays start at the lights, as in the source: a square of rays for each light without extent, and one for all
+    /// emissive surfaces and the sky. Faces that no ray hits are dark.
     FromLights(RaysInjected),
-    /// Rays leave the camera, and for each a light is drawn. What the camera does not see is dark.
+    /// Rays start at the camera, and for each a light is sampled. What the camera does not see is dark.
     FromCamera(RaysInjected),
 }
 
-/// Rays of a frame that deposit light where they meet a surface.
+/// Rays of a frame that deposit light where they hit a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RaysInjected {
     /// n: n × n rays, 1 to 4096.
     pub n_rays: u32,
-    /// How those come together that meet the same face.
+    /// How rays that hit the same face are combined.
     pub strategy: WriteStrategy,
 }
 
@@ -46,16 +46,17 @@ impl Default for RaysInjected {
     }
 }
 
-/// Nested grids: the coarsest holds the whole scene, the others stand around the camera, with cells half as large from one to
+/// Nested grids: the coarsest holds the whole scene, the others are around the camera, each with cells half as large as
 /// the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Levels {
-    /// One, where the scene is not much larger than what stands around the camera when the technique is made (16 times the median
-    /// distance, [`SceneSeam::surroundings`](crate::seam::SceneSeam::surroundings)); else up to 4, the finest 8 times as
-    /// wide as that distance. The coarsest may then have cells more than twice as large as the next.
+    /// One, if the scene is not much larger than what is around the camera when the technique is made (16 times the
+    /// median distance, [`SceneSeam::surroundings`](crate::seam::SceneSeam::surroundings)); otherwise up to 4, the
+    /// finest 8 times as wide as that distance. In that case the coarsest may have cells more than twice as large as
+    /// the next.
     #[default]
     Auto,
-    /// So many, 1 to 6.
+    /// This number of grids, 1 to 6.
     Nested(u32),
 }
 
@@ -63,27 +64,29 @@ pub enum Levels {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct VoxelLightSettings {
-    /// Cells of the coarsest grid. The levels within have as many along each side as that has along its longest, 1 to 256.
+    /// Cells of the coarsest grid. Along each side, the inner levels have as many as that grid has along its longest, 1
+    /// to 256.
     pub resolution: Resolution,
-    /// A value for each of a voxel's six faces; else one a voxel.
+    /// Whether to store a value for each of a voxel's six faces; otherwise one per voxel.
     pub anisotropic: bool,
     /// Nested grids.
     pub levels: Levels,
-    /// Surface points drawn on each face in each frame, 1 to 256. Each costs a short ray, and where
-    /// that finds a surface a shadow ray and a bounce.
+    /// Surface points sampled on each face in each frame, 1 to 256. Each costs a short ray and, if that hits a surface,
+    /// a shadow ray and a bounce.
     pub points_per_face: u32,
-    /// Rays that a face remembers, 1 to 65536: with more of them the light is smoother, and follows
-    /// changes that nobody reports more slowly.
+    /// Rays that a face averages over, 1 to 65536. With more of them the light is smoother, but follows unreported
+    /// changes more slowly.
     pub max_rays: u32,
-    /// Where light comes from.
+    /// How direct light reaches the voxels.
     pub direct: DirectLight,
     /// How often light is reflected.
     pub bounces: Bounces,
-    /// Reflected light is found here, by rays from the faces. Else something else renews it: `indirect` and `feedback` of
-    /// [`FaceLight`](super::FaceLight) stay as they are, and [`CacheBuffers::reflected`](super::CacheBuffers::reflected) is
-    /// made of direct light and feedback (of direct light alone if bounces are counted).
+    /// Whether rays from the faces gather reflected light. If not, the caller must update it: `indirect` and `feedback`
+    /// of [`FaceLight`](super::FaceLight) stay as they are, and
+    /// [`CacheBuffers::reflected`](super::CacheBuffers::reflected) is direct light plus feedback (only direct light if
+    /// the number of bounces is limited).
     pub finds_reflected: bool,
-    /// Stream of random numbers.
+    /// Seed of the random numbers.
     pub seed: u32,
 }
 
@@ -112,7 +115,7 @@ impl VoxelLightSettings {
         }
     }
 
-    /// Fails where a setting is out of its range.
+    /// Fails if a setting is out of range.
     pub(super) fn check(&self) -> Result<(), VoxelLightError> {
         let within = |name, value: u32, range: std::ops::RangeInclusive<u32>, possible| {
             if range.contains(&value) {
@@ -122,11 +125,11 @@ impl VoxelLightSettings {
         };
         within("resolution", self.longest(), 1..=256, "1 to 256")?;
         if let Levels::Nested(n) = self.levels {
-            within("levels", n, 1..=MAX_LEVELS, "1 to 6, or by the surroundings")?;
+            within("levels", n, 1..=MAX_LEVELS, "1 to 6, or auto")?;
         }
         within("points_per_face", self.points_per_face, 1..=256, "1 to 256")?;
         if let Bounces::UpTo(n) = self.bounces {
-            within("bounces", n, 0..=64, "0 to 64, or without end")?;
+            within("bounces", n, 0..=64, "0 to 64, or unlimited")?;
         }
         if let DirectLight::FromLights(rays) | DirectLight::FromCamera(rays) = self.direct {
             within("n_rays", rays.n_rays, 1..=4096, "1 to 4096")?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A sparse grid's structure from a list of cells, on the CPU.
+//! The structure of a sparse grid from a list of cells, on the CPU.
 
 use crate::components::voxels::{BRICK, VoxelGrid};
 use glam::{UVec3, Vec3};
@@ -8,7 +8,7 @@ use glam::{UVec3, Vec3};
 /// [`super::VoxelIrradiance`]: (occupied bits, first slot) of each brick, then (packed cell, 0) of each
 /// slot. For voxelizers on the CPU, and for tests.
 ///
-/// `origin` \[m\], `cell` \[m\], `size`, `n_faces`: of the grid; cells outside it are left out.
+/// `origin` \[m\], `cell` \[m\], `size`, `n_faces`: those of the grid; cells outside it are ignored.
 pub fn sparse_grid(
     origin: Vec3,
     cell: f32,

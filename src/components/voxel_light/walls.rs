@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernel `voxel_light/walls`: notes which faces of each voxel are walled.
+//! The kernel `voxel_light/walls`: marks which faces of each voxel have walls behind them.
 
 use super::cache::CacheBuffers;
 use crate::gpu::{ComputeKernel, ComputeRecorder, Dispatch, Gpu, Shaders};
@@ -16,7 +16,7 @@ impl WallsPass {
         Self(ComputeKernel::new(gpu, &Shaders::default(), None, "voxel_light/walls"))
     }
 
-    /// Notes the walls of level `info.level`. `slots`: one invocation a slot.
+    /// Marks the walls of level `info.level`. `slots`: one invocation per slot.
     pub fn record(
         &self,
         pass: &mut ComputeRecorder,

@@ -7,17 +7,17 @@ use crate::components::voxels::{BRICK, VoxelGrid};
 use crate::gpu::{Gpu, GpuError, storage_buffer};
 use crate::seam::Mismatch;
 
-/// How samples of one record come together.
+/// How the samples of one record are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum WriteStrategy {
-    /// The last writer wins; a race. 8 bits a channel.
+    /// The last writer wins, which is a race. 8 bits per channel.
     Store,
-    /// Moving average by compare-and-swap, 8 bits a channel, of at most 255 samples; depends on
+    /// Moving average of at most 255 samples by compare-and-swap, 8 bits per channel; depends on
     /// their order.
     MovingAverage,
-    /// The largest packed word, 8 bits a channel; no average, but repeatable.
+    /// The largest packed word, 8 bits per channel; not an average, but repeatable.
     Max,
-    /// The mean, from 64-bit sums of integers: the same to the last bit whatever the order.
+    /// The mean, from 64-bit integer sums: the same to the last bit in any order.
     #[default]
     Exact,
 }
@@ -26,7 +26,7 @@ impl WriteStrategy {
     /// All four.
     pub const ALL: [Self; 4] = [Self::Store, Self::MovingAverage, Self::Max, Self::Exact];
 
-    /// The kernels' STRATEGY_ constant.
+    /// The kernels' `STRATEGY_…` constant.
     pub(super) fn constant(self) -> u32 {
         match self {
             Self::Store => wgsl::STRATEGY_STORE,
@@ -42,46 +42,46 @@ impl WriteStrategy {
     }
 }
 
-/// Voxel buffers or an injection that cannot be.
+/// Voxel buffers could not be created, or light could not be injected.
 #[derive(Debug, thiserror::Error)]
 pub enum InjectError {
-    /// A buffer is larger than the device binds.
+    /// A buffer is larger than the device can bind.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The grid contradicts itself or its structure.
+    /// The grid is inconsistent, or does not match its structure.
     #[error("the voxel grid is not valid: {0}")]
     Grid(String),
-    /// One injection could deposit more samples than a record's count holds.
-    #[error("an injection of {samples} samples; a record counts up to 4294967295")]
+    /// One injection could deposit more samples than a record can count.
+    #[error("an injection of {samples} samples is too large; a record counts up to 4294967295")]
     TooManySamples {
-        /// Samples asked for.
+        /// Requested samples.
         samples: u64,
     },
-    /// No light of that number.
-    #[error("the scene has {n_punctual} lights without extent, and light {light} was asked for")]
+    /// There is no light of this index.
+    #[error("there is no light {light}; the scene has {n_punctual} lights without extent")]
     NoSuchLight {
-        /// Index asked for.
+        /// Requested index.
         light: u32,
-        /// Lights there are.
+        /// Number of lights.
         n_punctual: u32,
     },
-    /// The scene is not what the injector was made for.
+    /// The scene differs from the one that the injector was made for.
     #[error(transparent)]
     Mismatch(#[from] Mismatch),
-    /// The largest value is no number that samples can be scaled with.
-    #[error("largest irradiance {0} W/m²: it must lie between 1e-18 and 1e30")]
+    /// Samples cannot be scaled with this largest value.
+    #[error("the largest irradiance is {0} W/m²; it must be between 1e-18 and 1e30")]
     LargestValue(f32),
     /// The volume has another strategy than the one that the injector was compiled for.
-    #[error("the injector writes by {injector:?}, the volume holds {volume:?}")]
+    #[error("the injector's strategy is {injector:?}, but the volume's is {volume:?}")]
     OtherStrategy {
-        /// Of the injector.
+        /// The injector's strategy.
         injector: WriteStrategy,
-        /// Of the volume.
+        /// The volume's strategy.
         volume: WriteStrategy,
     },
 }
 
-/// Samples that did not go in as they were, since the counters were cleared.
+/// Samples that were clamped or left out since the counters were cleared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RejectedSamples {
     /// NaN, infinite or negative: left out.
@@ -95,7 +95,7 @@ pub struct RejectedSamples {
 }
 
 impl RejectedSamples {
-    /// From the first bytes of [`VoxelIrradiance::accumulators`].
+    /// Reads them from the first bytes of [`VoxelIrradiance::accumulators`].
     ///
     /// # Panics
     /// If there are fewer than 32 bytes.
@@ -131,8 +131,8 @@ impl VoxelIrradiance {
     /// `lucerna::components::voxels::bricks` says; a storage buffer that may be filled later.
     ///
     /// # Errors
-    /// [`InjectError::Grid`]; [`GpuError::TooLarge`] where the accumulators (32 bytes a record with
-    /// [`WriteStrategy::Exact`], else 4) or the means (16) pass the device's limit for one
+    /// [`InjectError::Grid`]; [`GpuError::TooLarge`] if the accumulators (32 bytes per record with
+    /// [`WriteStrategy::Exact`], otherwise 4) or the means (16) exceed the device's limit for one
     /// binding, 128 MiB in plain WebGPU.
     pub fn new(
         gpu: &Gpu,
@@ -144,7 +144,7 @@ impl VoxelIrradiance {
         let n_records = u64::from(grid.capacity) * u64::from(grid.n_faces);
         let words =
             u64::from(wgsl::HEAD_WORDS) + n_records * u64::from(strategy.words_per_record());
-        let advice = "take larger cells or one value a voxel";
+        let advice = "use larger cells, or one value per voxel";
         Ok(Self {
             grid,
             strategy,
@@ -166,27 +166,28 @@ impl VoxelIrradiance {
         })
     }
 
-    /// Moves the grid: minimum corner \[m\].
+    /// Moves the grid's minimum corner here \[m\].
     pub fn move_to(&mut self, origin: glam::Vec3) {
         self.grid.origin = origin;
     }
 
-    /// Where the voxels stand.
+    /// The grid of the voxels.
     pub fn grid(&self) -> &VoxelGrid {
         &self.grid
     }
 
-    /// How samples come together.
+    /// How samples are combined.
     pub fn strategy(&self) -> WriteStrategy {
         self.strategy
     }
 
-    /// A `vec4<f32>` a record: irradiance \[W·m⁻²\], number of samples.
+    /// A `vec4<f32>` per record: irradiance \[W·m⁻²\], number of samples.
     pub fn means(&self) -> &wgpu::Buffer {
         &self.means
     }
 
-    /// Counters ([`RejectedSamples`]) and accumulators; these are zero after each recording.
+    /// Counters ([`RejectedSamples`]) and accumulators; the accumulators are zero again after each
+    /// injection.
     pub fn accumulators(&self) -> &wgpu::Buffer {
         &self.accumulators
     }
@@ -203,7 +204,10 @@ fn check_grid(grid: &VoxelGrid, structure: &wgpu::Buffer) -> Result<(), InjectEr
         return wrong(format!("cells of {} m at {}", grid.cell, grid.origin));
     }
     if grid.size.min_element() < 1 || grid.size.max_element() > 1023 {
-        return wrong(format!("size {}, and 1 to 1023 cells an axis are possible", grid.size));
+        return wrong(format!(
+            "size {}, but only 1 to 1023 cells per axis are possible",
+            grid.size
+        ));
     }
     if ![1, 6].contains(&grid.n_faces) || grid.capacity == 0 {
         return wrong(format!("{} faces, room for {} voxels", grid.n_faces, grid.capacity));
@@ -218,7 +222,7 @@ fn check_grid(grid: &VoxelGrid, structure: &wgpu::Buffer) -> Result<(), InjectEr
     Ok(())
 }
 
-/// The step of the integers in which samples up to `largest` fit, a power of two.
+/// The value of one integer step with which samples up to `largest` fit, a power of two.
 pub(super) fn quantum(largest: f32) -> Result<f32, InjectError> {
     if !(1e-18..=1e30).contains(&largest) {
         return Err(InjectError::LargestValue(largest));

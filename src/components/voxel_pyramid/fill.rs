@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernels `voxel_pyramid/fill` and `voxel_pyramid/prefilter`: light of voxels into the pyramid, and its mips.
+//! The kernels `voxel_pyramid/fill` and `voxel_pyramid/prefilter`, which write the light of voxels into the pyramid and
+//! make its mips.
 
 use super::pyramid::Pyramid;
 use crate::bindings::kernels::voxel_pyramid::prefilter;
@@ -20,7 +21,7 @@ impl FillPass {
         Self(ComputeKernel::new(gpu, &pyramid.shaders(), None, "voxel_pyramid/fill"))
     }
 
-    /// Records it. `attributes`: of the levels. `info`: its `level` is set here.
+    /// Records the pass. `attributes`: those of the levels. `info`: its `level` is set here.
     pub fn record(
         &self,
         recorder: &mut Recorder,
@@ -45,7 +46,7 @@ impl FillPass {
     }
 }
 
-/// Makes the mips of every level from its mip 0.
+/// Computes the mips of every level from its mip 0.
 #[derive(Debug)]
 pub struct PrefilterPass(ComputeKernel);
 

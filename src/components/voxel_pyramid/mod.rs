@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Prefiltered voxels: light that leaves the voxels' faces, and how opaque they are, in ever coarser cells. Cones that grow as
-//! they go read it (`wgsl/fields/cone_trace.wgsl`).
+//! Prefiltered voxels: the light that leaves the voxels' faces, and their opacity, in ever coarser cells. Widening
+//! cones read them (`wgsl/fields/cone_trace.wgsl`).
 //!
 //! ```text
 //! VoxelLight (irradiance of faces) ──▶ PeakPass ──▶ FillPass ──▶ PrefilterPass ──▶ fields::voxel_pyramid

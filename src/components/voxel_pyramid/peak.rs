@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernel `voxel_pyramid/peak`: by what the light of the pyramid is scaled.
+//! The kernel `voxel_pyramid/peak`: finds the scale of the pyramid's light.
 
 use super::pyramid::Pyramid;
 use crate::bindings::kernels::voxel_pyramid::peak::PeakInfo;
@@ -26,7 +26,7 @@ impl PeakPass {
         }
     }
 
-    /// Records it, ahead of the pyramid's filling.
+    /// Records the pass, before the pyramid is filled.
     pub fn record(&self, recorder: &mut Recorder, light: &VoxelLight, pyramid: &Pyramid) {
         recorder.encoder().clear_buffer(&self.peak, 0, None);
         {

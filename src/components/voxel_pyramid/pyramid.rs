@@ -17,7 +17,7 @@ pub use wgsl::{PyramidLayout, PyramidLevel, PyramidMip};
 /// Bytes of a texel: four 16-bit floats.
 const TEXEL_BYTES: u64 = 8;
 
-/// Said where a volume is too large.
+/// Advice if a volume is too large.
 const ADVICE: &str =
     "use fewer cells, fewer levels, an isotropic grid, or textures instead of buffers";
 
@@ -44,7 +44,7 @@ struct Textures {
 #[derive(Debug)]
 enum Volumes {
     Textures(Box<Textures>),
-    /// One after the other.
+    /// The volumes, one after the other.
     Buffer(wgpu::Buffer),
 }
 
@@ -57,12 +57,12 @@ fn n_texels(size: UVec3) -> u64 {
     size.to_array().into_iter().map(u64::from).product()
 }
 
-/// Mips of a grid: the last has one cell.
+/// Number of mips of a grid: the last one has one cell.
 fn n_mips(size: UVec3) -> u32 {
     32 - (size.max_element() - 1).leading_zeros() + 1
 }
 
-/// Where the mips of the grids stand.
+/// The layout of the mips of the grids.
 fn layout_of(grids: &[VoxelGrid], squared_weights: bool) -> PyramidLayout {
     let none = PyramidLevel { origin: Vec3::ZERO, cell: 1.0, size: UVec3::ONE, n_mips: 0 };
     let no_mip = PyramidMip { first: UVec3::ONE, stride: 0, size: UVec3::ZERO, reserved: 0 };
@@ -81,7 +81,7 @@ fn layout_of(grids: &[VoxelGrid], squared_weights: bool) -> PyramidLayout {
         reserved_b: 0,
         reserved_c: 0,
     };
-    // Where the next block of each volume begins along y.
+    // Where the next block of each volume starts along y.
     let mut next = [0; 3];
     for (level, grid) in grids.iter().enumerate() {
         let n_mips = n_mips(grid.size);
@@ -109,15 +109,15 @@ fn layout_of(grids: &[VoxelGrid], squared_weights: bool) -> PyramidLayout {
     layout
 }
 
-/// Prefiltered voxels could not be made.
+/// Prefiltered voxels could not be created.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PyramidError {
-    /// Too many grids, or none.
-    #[error("prefiltered voxels have 1 to 6 grids, and not {0}")]
+    /// There are too many grids, or none.
+    #[error("prefiltered voxels need 1 to 6 grids, not {0}")]
     Grids(usize),
-    /// A grid of another size.
-    #[error("grids of prefiltered voxels have 1 to 256 cells along each axis, and not {0}")]
+    /// A grid has a size that is not possible.
+    #[error("grids of prefiltered voxels need 1 to 256 cells along each axis, not {0}")]
     Cells(UVec3),
     /// A limit of the device.
     #[error(transparent)]
@@ -125,11 +125,12 @@ pub enum PyramidError {
 }
 
 impl Pyramid {
-    /// Empty volumes for these grids, from the finest to the coarsest, at most 6, all with as many faces.
+    /// Creates empty volumes for these grids, from the finest to the coarsest, at most 6, all with the same number of
+    /// faces.
     ///
     /// # Errors
-    /// [`PyramidError`]: there is no grid or more than 6, one has no cell or more than 256 along an axis, or a volume is larger
-    /// than the device takes.
+    /// [`PyramidError`]: there is no grid or more than 6, one has no cell or more than 256 along an axis, or a volume
+    /// is larger than the device allows.
     pub fn new(
         gpu: &Gpu,
         grids: &[VoxelGrid],
@@ -160,13 +161,13 @@ impl Pyramid {
         Ok(Self { layout, uniform, volumes })
     }
 
-    /// Where everything stands.
+    /// The layout of the volumes.
     pub fn layout(&self) -> &PyramidLayout {
         &self.layout
     }
 
-    /// A volume (0: all mips 0, 1: those of odd number, 2: the other even ones) as a texture, `rgba16float` with
-    /// `COPY_SRC`; None if it is a buffer.
+    /// A volume (0: all mips 0, 1: the odd mips, 2: the other even mips) as a texture, `rgba16float` with `COPY_SRC`;
+    /// None if it is a buffer.
     pub fn texture(&self, volume: usize) -> Option<&wgpu::Texture> {
         match &self.volumes {
             Volumes::Textures(of) => Some(&of.textures[volume]),
@@ -192,22 +193,22 @@ impl Pyramid {
         self.volume_sizes().into_iter().map(|size| TEXEL_BYTES * n_texels(size)).sum()
     }
 
-    /// Where levels and mips stand: a [`PyramidLayout`].
+    /// The layout of levels and mips: a [`PyramidLayout`].
     pub fn uniform(&self) -> &wgpu::Buffer {
         &self.uniform
     }
 
-    /// The variant of kernels that read or make it.
+    /// The variant of kernels that read or write the pyramid.
     pub fn variant(&self, variant: Variant) -> Variant {
         variant.with_if(matches!(self.volumes, Volumes::Buffer(_)), VOLUME_BUFFERS)
     }
 
-    /// Where kernels come from that read or make it, and ask no scene.
+    /// The source of kernels that read or write the pyramid and use no scene.
     pub(super) fn shaders(&self) -> Shaders {
         Shaders::new(self.variant(Variant::BASELINE))
     }
 
-    /// Records putting a level's grid elsewhere \[m\].
+    /// Records moving a level's grid to this corner \[m\].
     pub fn move_level(&mut self, recorder: &mut Recorder, level: usize, origin: Vec3) {
         if self.layout.levels[level].origin != origin {
             self.layout.levels[level].origin = origin;
@@ -215,13 +216,14 @@ impl Pyramid {
         }
     }
 
-    /// Records that light is scaled by this peak from here on, a u32: `peak` of the layout. All mips must be made anew.
+    /// Records that light is scaled by this peak from here on: a u32, `peak` of the layout. All mips must be computed
+    /// again.
     pub(super) fn take_peak(&self, encoder: &mut wgpu::CommandEncoder, peak: &wgpu::Buffer) {
         let at = std::mem::offset_of!(PyramidLayout, peak) as u64;
         encoder.copy_buffer_to_buffer(peak, 0, &self.uniform, at, 4);
     }
 
-    /// What kernels bind that read it: `fields::voxel_pyramid`.
+    /// The bindings of kernels that read the pyramid: `fields::voxel_pyramid`.
     pub fn field(&self) -> Bindings<'_> {
         let mut bindings: Bindings = vec![("pyramid", (&self.uniform).into())];
         match &self.volumes {
@@ -237,12 +239,12 @@ impl Pyramid {
         bindings
     }
 
-    /// What the kernel binds that makes `mip` from the one below, or from nothing: `fields::pyramid_texels`.
+    /// The bindings of the kernel that computes `mip` from the one below, or from nothing: `fields::pyramid_texels`.
     pub(super) fn filling(&self, mip: u32) -> Bindings<'_> {
         let mut bindings: Bindings = vec![("filled", (&self.uniform).into())];
         match &self.volumes {
             Volumes::Textures(of) => {
-                // A kernel that reads none gets one that is not written.
+                // A kernel that reads no volume gets one that it does not write.
                 let from = if mip == 0 { 1 } else { volume_of_mip(mip - 1) };
                 bindings.push(("source_volume", (&of.views[from]).into()));
                 bindings.push(("target_volume", (&of.views[volume_of_mip(mip)]).into()));
@@ -252,7 +254,7 @@ impl Pyramid {
         bindings
     }
 
-    /// Shadows by cones through the voxels: soft, without noise, and blind to what is smaller than a voxel.
+    /// Shadows by cones through the voxels: soft and without noise, but they miss what is smaller than a voxel.
     pub fn visibility(&self) -> LightVisibility {
         let mut bindings = vec![("pyramid", OwnedResource::Buffer(self.uniform.clone()))];
         match &self.volumes {
@@ -270,9 +272,9 @@ impl Pyramid {
         }
     }
 
-    /// Writes mip 0 of a level from the CPU, at the next submission: for voxels of one's own, and for tests.
+    /// Writes mip 0 of a level from the CPU, at the next submission: for your own voxels, and for tests.
     ///
-    /// `texel`: of a cell and a face, as `cone::medium::texel_of_surface` makes it (τ·L, τ).
+    /// `texel`: returns the texel of a cell and a face, as `cone::medium::texel_of_surface` makes it (τ·L, τ).
     pub fn write_base(&self, gpu: &Gpu, level: usize, texel: impl Fn(UVec3, u32) -> [f32; 4]) {
         let entry = self.layout.mips[level * wgsl::MAX_MIPS as usize];
         let size = self.layout.volume_base;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernel `voxel_pyramid/trace`: a list of cones.
+//! The kernel `voxel_pyramid/trace`: traces a list of cones.
 
 use super::pyramid::Pyramid;
 use super::settings::ConeStepping;
@@ -19,9 +19,10 @@ impl TracePass {
         Self(ComputeKernel::new(gpu, &pyramid.shaders(), None, "voxel_pyramid/trace"))
     }
 
-    /// Records `n` cones: `cones` is `array<Cone>`, `results` `array<ConeResult>`, both at least so long.
+    /// Records tracing `n` cones: `cones` is an `array<Cone>`, `results` an `array<ConeResult>`, both of at least `n`
+    /// elements.
     ///
-    /// `near` \[m\]: how far [`ConeResult`]'s `near_transmittance` counts.
+    /// `near` \[m\]: the distance up to which `near_transmittance` of [`ConeResult`] counts.
     #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
     pub fn record(
         &self,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the voxels look like: the kernels `voxels/accumulate` and `voxels/resolve`.
+//! Attributes of the voxels' surfaces: the kernels `voxels/accumulate` and `voxels/resolve`.
 
 use super::ADVICE;
 use super::grid::{MAX_BINDING, RECORD_BYTES, VoxelError};
@@ -18,17 +18,17 @@ use crate::seam::SceneSeam;
 pub struct VoxelAttributes {
     accumulate: ComputeKernel,
     resolve: ComputeKernel,
-    /// Slots that `sums` has room for.
+    /// Number of slots that `sums` has room for.
     n_slots: u32,
     sums: wgpu::Buffer,
     records: wgpu::Buffer,
 }
 
 impl VoxelAttributes {
-    /// Compiles the kernels and makes the buffers for the voxelizer's grid.
+    /// Compiles the kernels and creates the buffers for the voxelizer's grid.
     ///
     /// # Errors
-    /// A buffer is larger than the device binds ([`VoxelError::Gpu`]).
+    /// A buffer is larger than the device can bind ([`VoxelError::Gpu`]).
     pub fn new(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
@@ -37,8 +37,8 @@ impl VoxelAttributes {
         Self::with_scratch(gpu, scene, voxelizer, MAX_BINDING)
     }
 
-    /// As [`VoxelAttributes::new`], with at most `scratch` bytes for the sums (at least those of one
-    /// voxel): less memory, and more ranges that take turns.
+    /// As [`VoxelAttributes::new`], with at most `scratch` bytes for the sums (but enough for one voxel): less memory,
+    /// and more ranges of slots that take turns.
     ///
     /// # Errors
     /// As [`VoxelAttributes::new`].
@@ -65,11 +65,11 @@ impl VoxelAttributes {
         })
     }
 
-    /// Records making the records of all voxels from all triangles. `voxelizer`: the one of
-    /// [`VoxelAttributes::new`], recorded before.
+    /// Records the computation of all voxels' records from all triangles. `voxelizer`: the one of
+    /// [`VoxelAttributes::new`], which must have been recorded before.
     ///
     /// # Errors
-    /// [`VoxelError::Mismatch`]; nothing is recorded then.
+    /// [`VoxelError::Mismatch`]; in that case nothing is recorded.
     pub fn record(
         &self,
         recorder: &mut Recorder,

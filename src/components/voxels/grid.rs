@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where a grid's cells stand.
+//! The placement of a grid's cells.
 
 use crate::bindings::lucerna::components::voxels::grid as wgsl;
 use crate::gpu::GpuError;
@@ -17,40 +17,40 @@ pub const MAX_SIZE: u32 = 256;
 /// Cells between the scene's box and the grid's border.
 const MARGIN: f32 = 1.5;
 
-/// How far the scene's middle stands from the grid's [cells], so that walls at even distances do not
-/// fall on borders of cells; no small multiples of each other.
+/// Distance of the scene's middle from the grid's [cells], so that walls at even distances do not fall on borders of
+/// cells. The components are not small multiples of each other.
 const OFFSET: Vec3 = Vec3::new(0.1370, 0.2113, 0.1771);
 
-/// What every binding of baseline WebGPU holds \[bytes\].
+/// The size that every binding of baseline WebGPU can have \[bytes\].
 pub const MAX_BINDING: u64 = 128 << 20;
 
 /// How fine a grid is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolution {
-    /// Cells along the longest axis, margin included; the other axes take what they need.
+    /// Cells along the longest axis, including the margin; the other axes get what they need.
     Longest(u32),
     /// Cells along each axis.
     Size(UVec3),
 }
 
-/// A grid that cannot be.
+/// A grid is not possible, or voxels could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum VoxelError {
     /// A size is 0 or too large.
-    #[error("a grid of {} x {} x {} cells: each axis takes 1 to 256", .0.x, .0.y, .0.z)]
+    #[error("a grid of {} x {} x {} cells is not possible: each axis takes 1 to 256", .0.x, .0.y, .0.z)]
     Size(UVec3),
-    /// Neither 1 nor 6.
-    #[error("{0} faces a voxel: 1 (isotropic) and 6 (anisotropic) are possible")]
+    /// The number of faces is neither 1 nor 6.
+    #[error("{0} faces per voxel are not possible: use 1 (isotropic) or 6 (anisotropic)")]
     Faces(u32),
-    /// Bounds that are not finite or the wrong way round.
-    #[error("bounds {min} to {max} are no box")]
+    /// The bounds are not finite, or minimum and maximum are swapped.
+    #[error("bounds {min} to {max} are not a box")]
     Bounds {
         /// Minimum corner \[m\].
         min: Vec3,
         /// Maximum corner \[m\].
         max: Vec3,
     },
-    /// Cells that f32 cannot tell apart.
+    /// f32 cannot tell the cells apart.
     #[error(
         "cells of {cell} m at {far} m from the origin are finer than 32-bit floats; use fewer cells or move the scene to the origin"
     )]
@@ -60,19 +60,19 @@ pub enum VoxelError {
         /// The largest coordinate \[m\].
         far: f32,
     },
-    /// Room for no voxel, or for more than a binding of 128 MiB holds.
+    /// The capacity is 0, or needs a binding above 128 MiB.
     #[error(
-        "a capacity of {capacity} voxels: from 1 to {limit} are possible with {n_faces} faces a voxel, so that no binding is above 128 MiB (134217728 bytes)"
+        "a capacity of {capacity} voxels is not possible: 1 to {limit} are, with {n_faces} faces per voxel, so that no binding is above 128 MiB (134217728 bytes)"
     )]
     Capacity {
-        /// What was asked for.
+        /// The requested capacity.
         capacity: u32,
-        /// The most there may be.
+        /// The largest possible capacity.
         limit: u32,
-        /// Faces a voxel.
+        /// Faces per voxel.
         n_faces: u32,
     },
-    /// The scene is not what the voxelizer was made for.
+    /// The scene differs from the one that the voxelizer was made for.
     #[error(transparent)]
     Mismatch(#[from] crate::seam::Mismatch),
     /// A limit of the device.
@@ -80,10 +80,10 @@ pub enum VoxelError {
     Gpu(#[from] GpuError),
 }
 
-/// Bytes of a record of attributes, for a voxel's face.
+/// Bytes of the attributes of one face of a voxel.
 pub const RECORD_BYTES: u64 = 16;
 
-/// The most voxels whose structure and attributes fit bindings of 128 MiB.
+/// The largest number of voxels whose structure and attributes fit bindings of 128 MiB.
 pub fn capacity_limit(bricks: UVec3, n_faces: u32) -> u32 {
     let records = MAX_BINDING / (RECORD_BYTES * u64::from(n_faces.max(1)));
     let entries = MAX_BINDING / 8;
@@ -91,13 +91,12 @@ pub fn capacity_limit(bricks: UVec3, n_faces: u32) -> u32 {
     records.min(entries.saturating_sub(n_bricks)) as u32
 }
 
-/// A grid around a box, with a margin of 1.5 cells (a quarter of the axis where it has less than 6
-/// cells): no surface of the box lies on the grid's border.
+/// A grid around a box, with a margin of 1.5 cells (a quarter of the axis if it has fewer than 6 cells), so that no
+/// surface of the box lies on the grid's border.
 ///
-/// `min`, `max` \[m\]: the scene's box, as of [`GpuScene::bounds`](crate::gpu_scene::GpuScene::bounds);
-/// it may be flat or a point. `n_faces`: 1 or 6. `capacity`: how many voxels there is room for;
-/// None: all cells, but at most 16 times the cells of the grid's largest side and what a binding of
-/// 128 MiB holds.
+/// `min`, `max` \[m\]: the scene's box, as from [`GpuScene::bounds`](crate::gpu_scene::GpuScene::bounds); it may be
+/// flat or a point. `n_faces`: 1 or 6. `capacity`: how many voxels there is room for; None: all cells, but at most 16
+/// times the cells of the grid's largest side, and no more than fit into a binding of 128 MiB.
 ///
 /// # Errors
 /// [`VoxelError`] other than `Mismatch` and `Gpu`.
@@ -108,7 +107,7 @@ pub fn grid_for_bounds(
     n_faces: u32,
     capacity: Option<u32>,
 ) -> Result<VoxelGrid, VoxelError> {
-    // Not `min > max`: NaN is no box either.
+    // Not `min > max`, because NaN must fail as well.
     if !(min.is_finite() && max.is_finite() && min.cmple(max).all() && (max - min).is_finite()) {
         return Err(VoxelError::Bounds { min, max });
     }
@@ -138,7 +137,7 @@ pub fn grid_for_bounds(
             (size, if cell > 0.0 { cell } else { 1.0 })
         }
     };
-    // Below, neighbouring cells and points within them are the same number.
+    // With smaller cells, neighbouring cells and points within them would be the same number.
     let far = min.abs().max(max.abs()).max_element();
     if !(cell >= 64.0 * f32::EPSILON * far && (1e-18..=1e15).contains(&cell)) {
         return Err(VoxelError::TooFine { cell, far });

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Voxels of a scene: which cells of a grid its surfaces meet, and what they are like there.
+//! Voxels of a scene: which cells of a grid its surfaces intersect, and the surfaces' attributes
+//! there.
 //!
-//! [`grid_for_bounds`] places a grid, [`Voxelizer`] fills it, [`VoxelAttributes`] says what the
+//! [`grid_for_bounds`] places a grid, [`Voxelizer`] fills it, [`VoxelAttributes`] computes what the
 //! voxels look like. Everything stays on the GPU.
 
 mod attributes;
@@ -10,7 +11,7 @@ mod raster;
 mod scan;
 mod voxelize;
 
-/// Said where a buffer of the voxelizer is too large.
+/// Advice if a buffer of the voxelizer is too large.
 const ADVICE: &str = "use fewer cells, a smaller capacity, or a smaller scene";
 
 pub use attributes::VoxelAttributes;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Voxelizing by the rasteriser, as the source of `voxel-rt` does and proposes; to compare
-//! [`Voxelizer`](super::Voxelizer) with, which is exact.
+//! Voxelization by the rasteriser, as the source of `voxel-rt` does and proposes, for comparison
+//! with [`Voxelizer`](super::Voxelizer), which is exact.
 
 use super::ADVICE;
 use super::grid::{VoxelError, VoxelGrid, n_bricks};
@@ -16,15 +16,15 @@ use glam::UVec2;
 /// How the rasteriser is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RasterMethod {
-    /// Three pictures, one along each axis; a fragment marks the cell of its middle.
+    /// Three pictures, one along each axis; a fragment marks the cell of its centre.
     ThreeAxes,
-    /// One picture, each triangle along its dominant axis; a fragment marks the cell of its middle.
+    /// One picture, each triangle along its dominant axis; a fragment marks the cell of its centre.
     DominantAxis,
     /// One picture, a rectangle around each triangle; a fragment tests the cells of its column.
     BoundingQuad,
 }
 
-/// Bytes of a triangle in a grid: three corners of 16.
+/// Bytes of a triangle in a grid: three corners of 16 bytes each.
 const CORNER_BYTES: u64 = 48;
 const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
@@ -42,10 +42,10 @@ pub struct RasterVoxelizer {
 }
 
 impl RasterVoxelizer {
-    /// Compiles the kernels and makes the buffers.
+    /// Compiles the kernels and creates the buffers.
     ///
     /// # Errors
-    /// A buffer is larger than the device binds.
+    /// A buffer is larger than the device can bind.
     pub fn new(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
@@ -63,7 +63,7 @@ impl RasterVoxelizer {
             _ => ("voxels/raster_vertex", "voxels/raster_fragment"),
         };
         let state = RenderState { targets: &[TARGET], ..Default::default() };
-        // A render pass has a picture, though nothing is to be seen in it.
+        // A render pass needs a target, although nothing is drawn into it.
         let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("raster voxelizer"),
             size: extent(UVec2::splat(grid.size.max_element())),
@@ -128,7 +128,7 @@ impl RasterVoxelizer {
         Ok(())
     }
 
-    /// A word of occupied bits a brick, see `wgsl/components/voxels/bricks.wgsl`.
+    /// One word of occupied bits per brick, see `wgsl/components/voxels/bricks.wgsl`.
     pub fn bits(&self) -> &wgpu::Buffer {
         &self.bits
     }

@@ -35,7 +35,7 @@ impl Scan {
         Self { blocks: kernel("scan/blocks"), add: kernel("scan/add") }
     }
 
-    /// Prepares scanning the first `n` u32 of `numbers` (a storage buffer of at least as many).
+    /// Prepares a scan of the first `n` u32 of `numbers`, a storage buffer of at least this many.
     ///
     /// # Errors
     /// The sums of the blocks do not fit a binding.
@@ -58,7 +58,7 @@ impl Scan {
         }
     }
 
-    /// Replaces each number by the sum of those before it; sums stop at 2³² − 1.
+    /// Replaces each number with the sum of those before it; sums saturate at 2³² − 1.
     pub fn record(&self, pass: &mut ComputeRecorder, plan: &ScanPlan) {
         let call = |kernel: &ComputeKernel, pass: &mut ComputeRecorder, level: &Level, size| {
             kernel

@@ -14,20 +14,20 @@ use glam::UVec3;
 
 pub use crate::bindings::lucerna::components::voxels::counts::VoxelCounts;
 
-/// Byte in [`Voxelizer::counts`] of the dispatch with an invocation a voxel.
+/// Byte offset in [`Voxelizer::counts`] of the dispatch with one invocation per voxel.
 pub const VOXEL_GROUPS_OFFSET: u64 = std::mem::offset_of!(VoxelCounts, voxel_groups) as u64;
-/// Byte in [`Voxelizer::counts`] of the dispatch with an invocation a record.
+/// Byte offset in [`Voxelizer::counts`] of the dispatch with one invocation per record.
 pub const RECORD_GROUPS_OFFSET: u64 = std::mem::offset_of!(VoxelCounts, record_groups) as u64;
 
-/// Which triangles are voxelized; the grid then holds them and those voxelized earlier of the other
-/// kind.
+/// Which triangles are voxelized. Afterwards the grid holds these and the triangles of the other kind that were
+/// voxelized before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Triangles {
-    /// All, moving or not; nothing is kept.
+    /// All triangles, moving or not; former voxels are dropped.
     All,
-    /// Those that do not move; the moving ones' voxels are kept.
+    /// Triangles that do not move; the voxels of moving ones are kept.
     Static,
-    /// Those that move; the others' voxels are kept. What a frame does.
+    /// Triangles that move; the voxels of the others are kept. The choice for each frame.
     Moving,
 }
 
@@ -108,12 +108,12 @@ impl Work {
             .dispatch(Dispatch::Groups(UVec3::ONE));
     }
 
-    /// The first piece of each triangle, and at the end how many there are.
+    /// The first piece of each triangle, and at the end the number of pieces.
     pub(super) fn first(&self) -> &wgpu::Buffer {
         &self.first
     }
 
-    /// One invocation a piece.
+    /// One invocation per piece.
     pub(super) fn pieces(&self) -> Dispatch<'_> {
         Dispatch::Indirect(&self.indirect, 0)
     }
@@ -143,11 +143,10 @@ pub struct Voxelizer {
 }
 
 impl Voxelizer {
-    /// Compiles the kernels and makes the buffers. `grid`: of
-    /// [`grid_for_bounds`](super::grid_for_bounds).
+    /// Compiles the kernels and creates the buffers. `grid`: from [`grid_for_bounds`](super::grid_for_bounds).
     ///
     /// # Errors
-    /// A buffer is larger than the device binds ([`VoxelError::Gpu`]).
+    /// A buffer is larger than the device can bind ([`VoxelError::Gpu`]).
     pub fn new(gpu: &Gpu, scene: &dyn SceneSeam, grid: VoxelGrid) -> Result<Self, VoxelError> {
         let none = wgpu::BufferUsages::empty();
         let work = Work::new(gpu, scene)?;
@@ -174,7 +173,7 @@ impl Voxelizer {
         })
     }
 
-    /// Records voxelizing `triangles` and the structure of all voxels.
+    /// Records the voxelization of `triangles`, and the structure of all voxels.
     ///
     /// # Errors
     /// [`VoxelError::Mismatch`]; nothing is recorded then.
@@ -221,7 +220,7 @@ impl Voxelizer {
         Ok(())
     }
 
-    /// Puts the grid somewhere else \[m\], before the next [`record`](Self::record) of all triangles.
+    /// Moves the grid to this corner \[m\], before the next [`record`](Self::record) of all triangles.
     pub fn move_to(&mut self, origin: glam::Vec3) {
         self.grid.origin = origin;
     }
@@ -244,7 +243,7 @@ impl Voxelizer {
     }
 }
 
-/// Counts the triangles of each cell; for tests and for choosing a grid.
+/// Counts the triangles of each cell, for tests and for choosing a grid.
 #[derive(Debug)]
 pub struct TriangleCounter {
     grid: VoxelGrid,
@@ -292,7 +291,7 @@ impl TriangleCounter {
         Ok(())
     }
 
-    /// One u32 a cell, x fastest.
+    /// One u32 per cell, x fastest.
     pub fn counts(&self) -> &wgpu::Buffer {
         &self.counts
     }

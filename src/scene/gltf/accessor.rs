@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Checked reading of accessors: every offset is proved to lie in its buffer before it is used.
+//! Checked reading of accessors: every offset is checked against its buffer before it is used.
 
 use std::borrow::Cow;
 
@@ -11,14 +11,14 @@ use super::index;
 use crate::scene::error::{DataProblem, ErrorKind, Warning, Warnings};
 use crate::scene::limits::Budget;
 
-/// What accessors read from.
+/// The data that accessors read.
 pub(super) struct Data<'a> {
     pub root: &'a Root,
     /// One per glTF buffer, `byteLength` bytes each.
     pub buffers: Vec<Cow<'a, [u8]>>,
 }
 
-/// Elements one after another, sparse values put in.
+/// Elements one after another, with sparse values inserted.
 struct Packed {
     bytes: Vec<u8>,
     component: ComponentType,
@@ -31,7 +31,7 @@ const FLOAT_OR_UNORM: &[ComponentType] =
 const UNSIGNED: &[ComponentType] = &[ComponentType::U8, ComponentType::U16, ComponentType::U32];
 
 impl Data<'_> {
-    /// Vectors, or 4 × 4 matrices by columns, of 32-bit floats, as stored: NaN and infinity included.
+    /// Vectors of 32-bit floats, or 4 × 4 matrices by columns, as stored, including NaN and infinity.
     pub fn floats<const N: usize>(
         &self,
         ix: Index<Accessor>,
@@ -53,7 +53,7 @@ impl Data<'_> {
         Ok(floats)
     }
 
-    /// Vectors of floats or of unsigned bytes or shorts that stand for 0..=1.
+    /// Vectors of floats, or of normalized unsigned bytes or shorts (0..=1).
     pub fn unorms<const N: usize>(
         &self,
         ix: Index<Accessor>,
@@ -94,7 +94,7 @@ impl Data<'_> {
         Ok(indices)
     }
 
-    /// Indices of four joints a vertex.
+    /// Indices of four joints per vertex.
     pub fn joints(
         &self,
         ix: Index<Accessor>,
@@ -111,7 +111,7 @@ impl Data<'_> {
         Ok(joints)
     }
 
-    /// How many components an element has.
+    /// Number of components of an element.
     pub fn n_components(&self, ix: Index<Accessor>, at: &str) -> Result<usize, ErrorKind> {
         let accessor = index(&self.root.accessors, ix.value(), "accessors", || at.to_owned())?;
         match accessor.type_ {
@@ -140,7 +140,7 @@ impl Data<'_> {
         let Checked::Valid(kind) = accessor.type_ else {
             return Err(wrong(DataProblem::Unknown("type")));
         };
-        // Of matrices only those of 4 × 4 floats are read: their columns are never padded.
+        // The only matrices read are those of 4 × 4 floats, whose columns are never padded.
         let is_known = match kind {
             Type::Scalar | Type::Vec2 | Type::Vec3 | Type::Vec4 => true,
             Type::Mat4 => component == ComponentType::F32,
@@ -154,8 +154,8 @@ impl Data<'_> {
         }
         let size = component.size() * n_components;
         let count = accessor.count.0;
-        // Vertex indices are 32-bit. What is read becomes 4 bytes a component, while the bytes that
-        // are packed here are still held.
+        // Vertex indices are 32-bit. The result has 4 bytes per component, and exists at the same time as the bytes
+        // packed here.
         let n = usize::try_from(count).ok().filter(|&n| u32::try_from(n).is_ok());
         budget.take(count, (4 * n_components + size) as u64, at)?;
         let n = n.ok_or_else(|| ErrorKind::TooMuch {
@@ -217,7 +217,7 @@ impl Data<'_> {
         )?;
         let at = sparse.values.byte_offset.0;
         let values = self.strided(sparse.values.buffer_view, at, n, size, component_size, wrong)?;
-        // Both lie in buffers, so `n` fits a usize.
+        // Both are within buffers, so `n` fits a usize.
         let mut least = 0u64;
         for number in 0..n as usize {
             let start = number * indices.stride;
@@ -238,7 +238,7 @@ impl Data<'_> {
         Ok(())
     }
 
-    /// `count` elements of `size` bytes from `offset` into a view, proved to lie within it.
+    /// `count` elements of `size` bytes from `offset` in a view, checked to be within it.
     fn strided(
         &self,
         view_ix: Index<buffer::View>,

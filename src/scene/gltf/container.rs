@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! From bytes to the JSON tree and the binary chunk.
+//! Splits bytes into the JSON tree and the binary chunk.
 
 use gltf::json::{Root, Value, deserialize};
 
@@ -9,16 +9,16 @@ use crate::scene::limits::Budget;
 const HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
 
-/// Extensions that this loader knows; a file may require these and no others.
+/// Extensions that this loader knows; a file may not require others.
 pub(super) const EXTENSIONS: [&str; 3] =
     ["KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_texture_transform"];
 
-/// The parsed JSON's size: the largest object (a material) has 424 bytes, an array's element or an
-/// object's member at most 64, and arrays grow by doubling. Strings are copied as they are.
+/// Size of the parsed JSON: the largest object (a material) has 424 bytes, an array's element or an
+/// object's member at most 64, and arrays grow by doubling. Strings are copied unchanged.
 const BYTES_PER_OBJECT: u64 = 1024;
 const BYTES_PER_ELEMENT: u64 = 128;
 
-/// Splits and parses `.gltf` or `.glb` bytes, told apart by their first bytes.
+/// Splits and parses `.gltf` or `.glb` bytes, which differ in their first bytes.
 pub(super) fn parse<'a>(
     bytes: &'a [u8],
     budget: &mut Budget,
@@ -26,7 +26,7 @@ pub(super) fn parse<'a>(
     let (json, bin) = if bytes.starts_with(b"glTF") {
         split_glb(bytes)?
     } else {
-        // RFC 8259 lets a reader ignore a byte order mark.
+        // RFC 8259 allows readers to ignore a byte order mark.
         let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let marks: [&[u8]; 4] = [b"\xff\xfe", b"\xfe\xff", b"{\0", b"\0{"];
         if marks.iter().any(|mark| json.starts_with(mark)) {
@@ -39,7 +39,7 @@ pub(super) fn parse<'a>(
     };
     let text =
         std::str::from_utf8(json).map_err(|e| ErrorKind::NotUtf8 { byte: e.valid_up_to() })?;
-    // A chunk is to be padded with blanks; some exporters pad with zeros.
+    // Chunks should be padded with blanks, but some exporters pad with zeros.
     let text = text.trim_end_matches('\0');
     let (mut n_objects, mut n_elements) = (0, 0);
     for byte in text.bytes() {
@@ -62,7 +62,7 @@ pub(super) fn parse<'a>(
     Ok((root, bin))
 }
 
-/// What to say of JSON that is no glTF 2.0: files of another version are shaped differently.
+/// The error for JSON that is not glTF 2.0: files of another version have another structure.
 fn other_version(text: &str) -> Option<ErrorKind> {
     let tree: Value = deserialize::from_str(text).ok()?;
     let version = tree.get("asset").and_then(|asset| asset.get("version"));
@@ -70,7 +70,7 @@ fn other_version(text: &str) -> Option<ErrorKind> {
         None => Some(ErrorKind::NoVersion),
         Some(Value::String(version)) if version.starts_with("2.") => None,
         Some(Value::String(version)) => Some(ErrorKind::Version { version: short(version) }),
-        // glTF 1.0 files of early exporters write a number.
+        // Early exporters of glTF 1.0 write a number.
         Some(Value::Number(version)) if version.as_f64() < Some(2.0) => {
             Some(ErrorKind::Version { version: format!("{:.1}", version.as_f64()?) })
         }
@@ -127,7 +127,7 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ErrorKind> {
     if kind != u32::from_le_bytes(*b"JSON") {
         return Err(broken(HEADER_BYTES + 4, "the first chunk is not JSON".to_owned()));
     }
-    // Chunks of other kinds are to be skipped.
+    // Chunks of other kinds must be skipped.
     while at < bytes.len() {
         let (kind, data, end) = chunk(at)?;
         if kind == u32::from_le_bytes(*b"BIN\0") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Meshes whose node flattens them: a scale of 0 along one axis leaves a sheet.
+//! Meshes that their node flattens: a scale of 0 along one axis makes a mesh flat.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -10,15 +10,15 @@ use crate::scene::error::{DropReason, ErrorKind, Warning};
 
 /// Ratios below this are rounding errors of 64-bit matrices.
 const ROUNDING: f64 = 1e-12;
-/// A triangle is seen edge-on along the lost axis if it keeps less than this part of the area that
-/// it could keep: its corners have 32-bit rounding errors.
+/// A triangle counts as edge-on along the lost axis if it keeps less than this part of the area
+/// that it could keep, because its corners have 32-bit rounding errors.
 const EDGE_ON: f64 = 1e-6;
 /// Bytes of a vertex with all its attributes, and of a triangle.
 const VERTEX_BYTES: u64 = 72;
 const TRIANGLE_BYTES: u64 = 12;
 
-/// The inverse transpose times the determinant: it maps cross products, normals among them, also
-/// where there is no inverse.
+/// The inverse transpose times the determinant, which maps cross products, and so normals, even if
+/// there is no inverse.
 pub(super) fn cofactor(linear: &DMat3) -> DMat3 {
     DMat3::from_cols(
         linear.y_axis.cross(linear.z_axis),
@@ -27,7 +27,7 @@ pub(super) fn cofactor(linear: &DMat3) -> DMat3 {
     )
 }
 
-/// The root of the sum of squares, without overflow on the way.
+/// The root of the sum of squares, without intermediate overflow.
 fn norm(m: &DMat3) -> f64 {
     DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length()).length()
 }
@@ -42,8 +42,8 @@ pub(super) fn is_flat(world_from_object: &DAffine3) -> bool {
 }
 
 impl Loader<'_> {
-    /// A copy of a mesh as the transform's linear part flattens it, without the triangles that
-    /// lose their area; `None` where none is left. `mirrored`: the scales' signs turn it over.
+    /// A copy of a mesh, flattened by the transform's linear part, without the triangles that lose
+    /// their area; `None` if none are left. `mirrored`: whether the scales' signs mirror it.
     pub(super) fn flattened(
         &mut self,
         mesh: usize,
@@ -81,7 +81,7 @@ impl Loader<'_> {
         for position in &mut made.positions {
             *position = (*linear * position.as_dvec3()).as_vec3();
         }
-        // Across a sheet there is one direction: the triangles' own.
+        // A flat mesh has only one normal direction: that of its triangles.
         made.normals.clear();
         made.tangents.clear();
         let Some(made) = clean(made, &mut self.warnings) else {

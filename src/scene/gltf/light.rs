@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Cameras and punctual lights, put into the world.
+//! Cameras and punctual lights in world space.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -13,7 +13,7 @@ use super::{Loader, direction, index, named};
 use crate::scene::error::{DataProblem, ErrorKind, Warning, short};
 use crate::scene::{Camera, Light, Projection};
 
-/// Where a file gives no room between full and no light (`inner ≥ outer`), the falloff takes this
+/// If a file leaves no angle between full and no light (`inner ≥ outer`), the falloff takes this
 /// part of the outer angle.
 const LEAST_FALLOFF: f32 = 1e-3;
 
@@ -51,7 +51,7 @@ impl Loader<'_> {
                 return Ok(());
             }
         };
-        // A node may shear: only what of `up` lies across `forward` counts.
+        // A node may shear: only the part of `up` that is perpendicular to `forward` counts.
         let axes = direction(placed, Vec3::NEG_Z).zip(direction(placed, Vec3::Y)).and_then(
             |(forward, up)| Some((forward, up.reject_from_normalized(forward).try_normalize()?)),
         );
@@ -132,7 +132,7 @@ impl Loader<'_> {
         let (inner, outer) = spot.map_or((0.0, std::f32::consts::FRAC_PI_4), |spot| {
             (spot.inner_cone_angle, spot.outer_cone_angle)
         });
-        // Far below a degree a cone cannot be told from a line, and the falloff not from a step.
+        // Far below a degree, f32 cannot tell a cone from a line, nor the falloff from a step.
         let outer =
             self.ranged(outer, 1e-4..=FRAC_PI_2, std::f32::consts::FRAC_PI_4, at, "outerConeAngle");
         let inner = self.ranged(inner, 0.0..=outer, 0.0, at, "innerConeAngle");

@@ -13,7 +13,7 @@ use crate::scene::error::{DataProblem, ErrorKind, ImageError, Warning, short};
 use crate::scene::image::{decode, white};
 use crate::scene::{AlphaMode, Filter, Material, Texture, TextureRef, Wrap};
 
-/// An image that was read, or what stands in for it.
+/// An image that was read, or its replacement.
 #[derive(Clone, Copy)]
 pub(super) struct ImageSlot {
     /// Index into the scene's images.
@@ -22,7 +22,7 @@ pub(super) struct ImageSlot {
 }
 
 impl Loader<'_> {
-    /// The scene's material for a glTF material, or for none. Made once.
+    /// The scene's material for a glTF material, or for none. Created once.
     pub(super) fn material(&mut self, ix: Option<usize>, at: &str) -> Result<usize, ErrorKind> {
         let Some(ix) = ix else {
             if let Some(known) = self.default_material {
@@ -114,7 +114,7 @@ impl Loader<'_> {
         Ok(new)
     }
 
-    /// White is no normal: a normal map that cannot be read is left out.
+    /// White is not a normal, so a normal map that cannot be read is left out.
     fn normal_texture(
         &mut self,
         material: &gltf::json::Material,
@@ -137,7 +137,8 @@ impl Loader<'_> {
         Ok(found.filter(|(_, slot)| !slot.is_stand_in).map(|(texture, _)| texture))
     }
 
-    /// `value`, if it lies in `range`; else the nearest in it (`fallback` for NaN), with a warning.
+    /// `value`, if it is in `range`; otherwise the nearest value in it (`fallback` for NaN), with a
+    /// warning.
     pub(super) fn ranged(
         &mut self,
         value: f32,
@@ -213,7 +214,7 @@ impl Loader<'_> {
             Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
             _ => Filter::Linear,
         };
-        // The crate's sign for "no source".
+        // The crate's value for "no source".
         let slot = if texture.source.value() == u32::MAX as usize {
             let extensions = texture.extensions.iter().flat_map(|e| e.others.keys());
             let only_by: Vec<_> = extensions.map(|name| short(name)).collect();
@@ -222,7 +223,7 @@ impl Loader<'_> {
             } else {
                 let only_by = short(&only_by.join(", "));
                 ImageError::Data(format!(
-                    "has a source only by {only_by}, which is not supported; convert it to PNG or JPEG"
+                    "has a source only in {only_by}, which is not supported; convert it to PNG or JPEG"
                 ))
             };
             self.stand_in(at.clone(), problem)
@@ -280,8 +281,8 @@ impl Loader<'_> {
     }
 }
 
-/// `translation · rotation · scale`. The extension's rotation runs counter-clockwise as the image
-/// is looked at, where v points down: (1, 0) turns towards −v.
+/// `translation · rotation · scale`. The extension's rotation is counter-clockwise when you look at
+/// the image, where v points down: (1, 0) turns towards −v.
 fn affine(transform: &TextureTransform) -> Affine2 {
     let (sin, cos) = transform.rotation.0.sin_cos();
     let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Primitives become meshes.
+//! Turns primitives into meshes.
 
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -31,7 +31,8 @@ impl Loader<'_> {
         Ok(made)
     }
 
-    /// The same for a mesh with a skin, at rest in world space: each node has its own.
+    /// As [`Self::mesh`], for a mesh with a skin, at rest in world space: each node has its own
+    /// copy.
     pub(super) fn skinned_mesh(
         &mut self,
         mesh_ix: usize,
@@ -40,7 +41,7 @@ impl Loader<'_> {
     ) -> Result<Vec<usize>, ErrorKind> {
         let mesh = index(&self.data.root.meshes, mesh_ix, "meshes", || format!("{at}.mesh"))?;
         let name = mesh_name(mesh, mesh_ix);
-        // Counted before they are read: each costs time, even if nothing is left of it.
+        // Counted before they are read, because each costs time even if nothing is left of it.
         self.count_placed(mesh.primitives.len(), at)?;
         let mut made = Vec::new();
         for (i, primitive) in mesh.primitives.iter().enumerate() {
@@ -179,14 +180,14 @@ impl Loader<'_> {
         if n_left_over > 0 {
             self.warnings.push(Warning::Ignored {
                 at: at.clone(),
-                what: format!("{n_left_over} corner(s) that make no triangle"),
+                what: format!("{n_left_over} corner(s) that do not form a triangle"),
             });
         }
         Ok(match mode {
             Mode::TriangleStrip => indices
                 .windows(3)
                 .enumerate()
-                // Every other triangle of a strip runs the other way round.
+                // Every other triangle of a strip has the opposite winding.
                 .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
                 .collect(),
             Mode::TriangleFan => {

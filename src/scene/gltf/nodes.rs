@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The node tree: checked to be one, then walked without recursion.
+//! The node tree: checked to be a tree, then walked without recursion.
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use gltf::json::{Node, Root};
@@ -14,11 +14,11 @@ pub(super) struct Placed {
     /// Index in the file.
     pub node: usize,
     pub world_from_object: DAffine3,
-    /// Whether its and its parents' scales mirror, those of 0 taken as positive.
+    /// Whether its and its parents' scales mirror, where 0 counts as positive.
     pub mirrored: bool,
 }
 
-/// World matrices of nodes, of whichever scene, found when asked for.
+/// World matrices of nodes of any scene, computed when needed.
 pub(super) struct Worlds {
     parents: Vec<Option<usize>>,
     known: Vec<Option<Result<DAffine3, &'static str>>>,
@@ -47,8 +47,9 @@ impl Worlds {
     }
 }
 
-/// The nodes of the default scene in the file's order, parents first: of the first scene where no
-/// default is named, of the whole file where there are no scenes. A node whose transform cannot be used is left out with all below it.
+/// The nodes of the default scene in the file's order, parents first. If there is no default, these are the nodes of
+/// the first scene; if there are no scenes, those of the whole file. A node whose transform is unusable is left out
+/// with all nodes below it.
 pub(super) fn place(
     root: &Root,
     limits: &LoadLimits,
@@ -69,7 +70,7 @@ pub(super) fn place(
                 warnings.push(Warning::Value {
                     at: "scene".to_owned(),
                     problem: format!(
-                        "none of the {} scenes is named as the default; {} is read",
+                        "none of the {} scenes is the default; {} is read",
                         root.scenes.len(),
                         named("scenes", scene_ix, scene.name.as_deref())
                     ),
@@ -116,7 +117,7 @@ pub(super) fn place(
     Ok((placed, Worlds { parents, known }))
 }
 
-/// Each node's parent. Refuses children that do not exist or have two parents.
+/// Each node's parent. Rejects children that do not exist or have two parents.
 fn parents(root: &Root) -> Result<Vec<Option<usize>>, ErrorKind> {
     let mut parents: Vec<Option<usize>> = vec![None; root.nodes.len()];
     for (parent, node) in root.nodes.iter().enumerate() {
@@ -183,10 +184,10 @@ fn local(node: &Node) -> Result<(DAffine3, bool), &'static str> {
     if let Some(matrix) = node.matrix {
         let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
         if !matrix.is_finite() {
-            return Err("its matrix is not finite; left out with all below it");
+            return Err("its matrix is not finite; left out with all nodes below it");
         }
         if matrix.row(3) != glam::DVec4::W {
-            return Err("its matrix is not affine; left out with all below it");
+            return Err("its matrix is not affine; left out with all nodes below it");
         }
         let matrix = DAffine3::from_mat4(matrix);
         return Ok((matrix, matrix.matrix3.determinant() < 0.0));
@@ -198,7 +199,7 @@ fn local(node: &Node) -> Result<(DAffine3, bool), &'static str> {
         Some(q) => {
             let q = DQuat::from_array(q.0.map(f64::from));
             if !(q.length_squared() > 0.0 && q.is_finite()) {
-                return Err("its rotation is zero or not finite; left out with all below it");
+                return Err("its rotation is zero or not finite; left out with all nodes below it");
             }
             q.normalize()
         }
@@ -210,11 +211,11 @@ fn local(node: &Node) -> Result<(DAffine3, bool), &'static str> {
 
 fn usable(world: &DAffine3) -> Result<(), &'static str> {
     if !world.is_finite() {
-        return Err("its transform is not finite; left out with all below it");
+        return Err("its transform is not finite; left out with all nodes below it");
     }
     let largest = world.translation.abs().max_element();
     if largest > f64::from(MAX_COORDINATE) {
-        return Err("it stands beyond 1e9 m; left out with all below it");
+        return Err("it is beyond 1e9 m; left out with all nodes below it");
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Skins at rest: vertices placed by the joints' matrices (glTF 2.0 §3.7.3.3).
 //!
-//! vertex = Σ weight · world_from_joint · joint_from_mesh · position, in 64 bits. The node that
-//! carries the mesh does not count.
+//! vertex = Σ weight · world_from_joint · joint_from_mesh · position, in 64 bits. The node of the
+//! mesh has no effect.
 
 use std::rc::Rc;
 
@@ -15,20 +15,20 @@ use super::{Loader, index, named};
 use crate::scene::Mesh;
 use crate::scene::error::{DataProblem, ErrorKind, Warning, short};
 
-/// How far the last row of an inverse bind matrix may be from (0, 0, 0, 1), and the sum of a
-/// vertex's weights from 1.
+/// Tolerance for the last row of an inverse bind matrix, (0, 0, 0, 1), and for the sum of a
+/// vertex's weights, 1.
 const TOLERANCE: f64 = 1e-2;
 
 /// For each joint, the matrix from the mesh to the world.
 pub(super) type Pose = Rc<[DAffine3]>;
 
-/// One set of up to four joints a vertex.
+/// One set of up to four joints per vertex.
 struct Influences {
     joints: Vec<[u32; 4]>,
     weights: Vec<[f32; 4]>,
 }
 
-/// What was wrong with a primitive's influences.
+/// Counts of what was wrong with a primitive's influences.
 #[derive(Default)]
 struct Mended {
     n_out_of_range: usize,
@@ -38,7 +38,7 @@ struct Mended {
 }
 
 impl Loader<'_> {
-    /// The pose of a skin; `None` with a warning where it cannot be used.
+    /// The pose of a skin; `None`, with a warning, if it cannot be used.
     pub(super) fn pose(&mut self, skin: usize, at: &str) -> Result<Option<Pose>, ErrorKind> {
         let known = match self.poses.get(skin) {
             Some(Some(known)) => known.clone(),
@@ -61,7 +61,7 @@ impl Loader<'_> {
         self.warnings.push(Warning::Value {
             at: at.to_owned(),
             problem: format!(
-                "its skin cannot be used ({problem}); the mesh stands without it, and without the \
+                "its skin cannot be used ({problem}); the mesh is read without it, and without the \
                  node's transform"
             ),
         });
@@ -147,7 +147,7 @@ impl Loader<'_> {
                 *tangent = along.extend(tangent.w * sign as f32);
             }
         }
-        // The front stays the front where joints mirror.
+        // The front remains the front if joints mirror.
         for triangle in &mut mesh.triangles {
             let turned = |&i: &u32| mirrored.get(i as usize).copied().unwrap_or(false);
             if triangle.iter().filter(|i| turned(i)).count() >= 2 {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What stands between an OBJ file and the parser: every line is checked and written anew, plainly.
+//! The front end of the OBJ parser: every line is checked and rewritten in a simple form.
 //!
-//! The parser, tobj, trusts its input: it panics on some index values and on short colours, takes
-//! lines for faces, and misaligns attributes that only some corners have. What is written here has
-//! absolute indices within range, all three of them on each corner, and a colour on each vertex;
-//! where the file has none, the first `vt` and `vn` stand in, which are NaN.
+//! The parser, tobj, trusts its input: it panics on some index values and on short colours, takes lines for faces, and
+//! misaligns attributes that only some corners have. The text written here has absolute indices within range, all three
+//! of them for each corner, and a colour for each vertex. If the file has no `vt` or `vn`, the first ones, which are
+//! NaN, take their place.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
@@ -17,9 +17,9 @@ use crate::scene::error::{ErrorKind, LineProblem, Warning, Warnings, short};
 use crate::scene::limits::{Budget, LoadLimits};
 use crate::scene::rebase::Sample;
 
-/// Bytes that the parser and its result hold beside the text, generously: per line (a vertex, or
-/// what every line costs), per corner of a face (its indices, and a vertex of its own in a hash map,
-/// in the parser's mesh and in ours), and per change of object or material (a mesh).
+/// Upper bounds of the bytes that the parser and its result need in addition to the text: per line (a vertex, or the
+/// cost of any line), per corner of a face (its indices, and its own vertex in a hash map, in the parser's mesh and in
+/// ours), and per change of object or material (a mesh).
 const PARSED_BYTES_PER_LINE: u64 = 160;
 const PARSED_BYTES_PER_CORNER: u64 = 192;
 const PARSED_BYTES_PER_MESH: u64 = 1024;
@@ -30,24 +30,24 @@ pub(super) struct Declared {
     n_positions: usize,
     n_texcoords: usize,
     n_normals: usize,
-    /// Around which vertices are written: [`Scene::origin`](crate::scene::Scene::origin).
+    /// The origin to which vertices are relative: [`Scene::origin`](crate::scene::Scene::origin).
     pub origin: DVec3,
-    /// Names of material libraries, each once: some exporters repeat them for every object.
+    /// Names of material libraries, without duplicates: some exporters repeat them for every object.
     pub libraries: Vec<String>,
 }
 
-/// A file that the parser can be given.
+/// A file that is safe for the parser.
 pub(super) struct Checked {
-    /// To be read first.
+    /// The part that is read first.
     pub vertices: String,
     pub faces: String,
-    /// Line in the original file of each face, in the order of the text.
+    /// For each face, in the order of the text, its line in the original file.
     pub face_lines: Vec<usize>,
     pub problems: Problems,
     pub passed: Passed,
 }
 
-/// For each problem its first line and how often it occurs.
+/// For each problem, its first line and the number of its lines.
 #[derive(Default)]
 pub(super) struct Problems(BTreeMap<LineProblem, (usize, usize)>);
 
@@ -65,7 +65,7 @@ impl Problems {
     }
 }
 
-/// Keywords that were passed over: for each its first line and how often it occurs.
+/// Skipped keywords: for each, its first line and the number of its lines.
 #[derive(Default)]
 pub(super) struct Passed {
     by_keyword: BTreeMap<(bool, String), (usize, usize)>,
@@ -73,10 +73,10 @@ pub(super) struct Passed {
 }
 
 impl Passed {
-    /// Keywords that are named; binary data can hold any number of different ones.
+    /// The most keywords that are named, because binary data can contain any number of different ones.
     const MAX_KEYWORDS: usize = 32;
 
-    /// `is_known`: the format's own, but of no effect here.
+    /// `is_known`: whether the format defines it, although it has no effect here.
     pub fn add(&mut self, line: usize, keyword: &str, is_known: bool) {
         let key = (is_known, short(keyword));
         if let Some((_, n)) = self.by_keyword.get_mut(&key) {
@@ -88,13 +88,13 @@ impl Passed {
         }
     }
 
-    /// One warning a keyword; `file` stands before the line.
+    /// One warning per keyword; `file` precedes the line.
     pub fn report(self, file: &str, warnings: &mut Warnings) {
         for ((is_known, keyword), (line, n)) in self.by_keyword {
             let what = if is_known { "(not supported)" } else { "(unknown keyword)" };
             warnings.push(Warning::Ignored {
                 at: format!("{file}line {line}"),
-                what: format!("`{keyword}` {what}, {n} in all,"),
+                what: format!("`{keyword}` {what}, {n} in total,"),
             });
         }
         if self.n_more > 0 {
@@ -106,9 +106,8 @@ impl Passed {
     }
 }
 
-/// Statements that change nothing here: smoothing groups (without `vn`, faces are flat), merging
-/// groups and levels of detail; how curves and surfaces, which are named themselves, are made and
-/// shown.
+/// Statements that have no effect here: smoothing groups (without `vn`, faces are flat), merging groups and levels of
+/// detail; and those that define and display curves and surfaces, which give warnings themselves.
 const HARMLESS: [&str; 22] = [
     "s", "mg", "lod", "bevel", "c_interp", "d_interp", "vp", "cstype", "deg", "bmat", "step",
     "parm", "trim", "hole", "scrv", "sp", "end", "con", "ctech", "stech", "res", "maplib",
@@ -117,15 +116,15 @@ const HARMLESS: [&str; 22] = [
 /// Statements with an effect that is not supported. `call` reads another file, `csh` runs a command.
 const UNSUPPORTED: [&str; 5] = ["usemap", "shadow_obj", "trace_obj", "call", "csh"];
 
-/// A line of a text format, continuations (`\` at the end) joined, with its number.
+/// A line of a text format with its number; continued lines (`\` at the end) are joined.
 pub(super) struct Line<'a> {
     pub number: usize,
     pub text: Cow<'a, str>,
     pub is_utf8: bool,
 }
 
-/// The text as UTF-8 without a byte order mark. UTF-16 is told by its mark, or by a 0 in every other
-/// byte; it is decoded, with a warning.
+/// The text as UTF-8 without a byte order mark. UTF-16 is recognised by its mark, or by a 0 in every other byte, and
+/// decoded with a warning.
 pub(super) fn as_utf8<'a>(
     bytes: &'a [u8],
     at: &str,
@@ -146,7 +145,7 @@ pub(super) fn as_utf8<'a>(
         }
         return Ok(Cow::Borrowed(bytes));
     };
-    // Two bytes become up to three.
+    // Two bytes can become three.
     budget.take(rest.len() as u64, 2, at)?;
     let units = rest.chunks_exact(2).map(|pair| match is_big_endian {
         true => u16::from_be_bytes([pair[0], pair[1]]),
@@ -163,10 +162,10 @@ pub(super) fn as_utf8<'a>(
 
 /// Whether UTF-16 is big-endian, and the text after its mark.
 fn utf16(bytes: &[u8]) -> Option<(bool, &[u8])> {
-    /// Bytes that are looked at where there is no mark.
+    /// Bytes that are examined if there is no mark.
     const PROBE: usize = 64;
     if let Some(rest) = bytes.strip_prefix(b"\xff\xfe") {
-        // The same mark in 32 bits.
+        // The same mark, in 32 bits.
         return (!rest.starts_with(&[0, 0])).then_some((false, rest));
     }
     if let Some(rest) = bytes.strip_prefix(b"\xfe\xff") {
@@ -249,7 +248,7 @@ pub(super) fn lines<'a>(
     })
 }
 
-/// The line's first word, and the rest without blanks around it.
+/// The line's first word, and the rest without surrounding blanks.
 pub(super) fn keyword(line: &str) -> (&str, &str) {
     let line = line.trim();
     match line.split_once(|c: char| c.is_ascii_whitespace()) {
@@ -281,7 +280,7 @@ pub(super) fn declared(bytes: &[u8], limits: &LoadLimits) -> Result<Declared, Er
     Ok(declared)
 }
 
-/// Checks every line and writes it anew. Materials become `usemtl m3` by their place in the list.
+/// Checks every line and rewrites it. Materials become `usemtl m3`, by their index in the list.
 pub(super) fn check(
     bytes: &[u8],
     declared: &Declared,
@@ -294,7 +293,7 @@ pub(super) fn check(
     let mut face_lines = Vec::new();
     let mut problems = Problems::default();
     let mut passed = Passed::default();
-    // What has been declared so far: negative indices count back from here.
+    // Numbers of declarations so far, from which negative indices count back.
     let (mut n_positions, mut n_texcoords, mut n_normals) = (0, 0, 0);
     let mut n_triangles = 0u64;
     let mut corners = Vec::new();
@@ -307,12 +306,12 @@ pub(super) fn check(
         let before = vertices.len() + faces.len();
         let (word, rest) = keyword(&text);
         corners.clear();
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = match word {
             "v" => {
                 n_positions += 1;
                 let (position, color) = vertex(rest, |problem| problems.add(number, problem));
-                // In 64 bits, then rounded: a scene far away keeps its digits.
+                // In 64 bits, then rounded, so that a scene far away keeps its precision.
                 let [x, y, z] =
                     (DVec3::from_array(position) - declared.origin).as_vec3().to_array();
                 let [r, g, b] = color;
@@ -386,9 +385,9 @@ pub(super) fn check(
     Ok(Checked { vertices, faces, face_lines, problems, passed })
 }
 
-/// Corners of a face, as indices from 0 of position, texture coordinate and normal, the latter two
-/// with the stand-ins in front. Returns why the face is to be skipped (at least 3 corners are left if
-/// it is not), and what else is wrong with it.
+/// Corners of a face, as indices from 0 of position, texture coordinate and normal; index 0 of the latter two is the
+/// NaN placeholder. Returns why the face must be skipped (otherwise at least 3 corners are left), and what else is
+/// wrong with it.
 fn face(
     rest: &str,
     [n_positions, n_texcoords, n_normals]: [usize; 3],
@@ -458,8 +457,8 @@ pub(super) fn number<T: FromStr>(word: &str) -> Option<(T, bool)> {
     Some((format!("{whole}.{part}").parse().ok()?, true))
 }
 
-/// Reads as many numbers as there are, up to the slice's length. Says what is wrong: fewer than
-/// `least`, one that is not readable (it becomes NaN), or else a decimal comma.
+/// Reads all numbers, up to the slice's length. Returns what is wrong: fewer than `least`, an unreadable one (it
+/// becomes NaN), or else a decimal comma.
 fn numbers<T: FromStr + From<f32>>(rest: &str, out: &mut [T], least: usize) -> Option<LineProblem> {
     let mut n = 0;
     let (mut all_readable, mut has_comma) = (true, false);
@@ -500,11 +499,11 @@ fn vertex(rest: &str, report: impl FnOnce(LineProblem)) -> ([f64; 3], [f64; 3]) 
     }
 }
 
-/// An index from 0, from one that counts from 1 or, if negative, back from the newest.
+/// Converts an index that counts from 1 or, if negative, back from the newest, to an index from 0.
 fn resolve(part: &str, so_far: usize, total: usize) -> Result<usize, LineProblem> {
     let ix: i64 = part.parse().map_err(|_| LineProblem::Corner)?;
     let from_zero = if ix < 0 {
-        // At most isize::MAX lines can have been read.
+        // There are at most isize::MAX lines.
         (so_far as i64).checked_add(ix)
     } else {
         ix.checked_sub(1)

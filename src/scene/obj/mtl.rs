@@ -19,16 +19,16 @@ use crate::scene::limits::{Budget, LoadLimits};
 use crate::scene::resource::{self, Files};
 use crate::scene::{AlphaMode, Filter, Image, Material, Scene, Texture, TextureRef, Wrap};
 
-/// Materials by name; the last of a name counts.
+/// Materials by name; the last one of a name counts.
 #[derive(Default)]
 pub(super) struct Library {
     pub materials: Vec<Source>,
     by_name: HashMap<String, usize>,
-    /// By what stands before a `#`: it may start a comment, or be part of the name.
+    /// By the part before a `#`, which may start a comment or be part of the name.
     by_part: HashMap<String, usize>,
 }
 
-/// A material as a library has it.
+/// A material of a library.
 pub(super) struct Source {
     material: tobj::Material,
     /// The library's folder, relative to the scene's.
@@ -55,7 +55,7 @@ impl Library {
     }
 }
 
-/// Reads one library. What cannot be read gives a warning.
+/// Reads one library. Parts that cannot be read give warnings.
 pub(super) fn read(
     library: &mut Library,
     name: &str,
@@ -93,15 +93,15 @@ enum Use {
     Map,
     /// A height map, unlike the normal map of `norm`.
     Bump,
-    /// Has no effect on what is rendered here, whatever its value.
+    /// Has no effect here, with any value.
     Harmless,
-    /// Not supported; without effect where every number that it gives is this one.
+    /// Not supported, but without effect if all of its numbers are this one.
     Unless(f32),
     /// Not supported.
     Never,
 }
 
-/// Keywords as they are written; they are found in any case.
+/// Keywords in their usual spelling; they are found in upper or lower case.
 const KEYWORDS: [(&str, Use); 42] = [
     ("newmtl", Use::Name),
     ("Kd", Use::Color),
@@ -118,10 +118,10 @@ const KEYWORDS: [(&str, Use); 42] = [
     ("norm", Use::Map),
     ("bump", Use::Bump),
     ("map_bump", Use::Bump),
-    // Ambient light stands in for what is computed here.
+    // Ambient light approximates what is computed here.
     ("Ka", Use::Harmless),
     ("map_Ka", Use::Harmless),
-    // Ways of shading and index of refraction: a surface here is a rough dielectric or a metal.
+    // Shading models and index of refraction: a surface here is a rough dielectric or a metal.
     ("illum", Use::Harmless),
     ("Ni", Use::Harmless),
     ("sharpness", Use::Harmless),
@@ -149,7 +149,7 @@ const KEYWORDS: [(&str, Use); 42] = [
     ("decal", Use::Never),
 ];
 
-/// Writes anew, plainly, what is used; the parser panics on colours of one or two numbers.
+/// Rewrites what is used in a simple form; the parser panics on colours of one or two numbers.
 fn check(
     bytes: &[u8],
     at: &str,
@@ -162,7 +162,7 @@ fn check(
     let mut bump_line = None;
     let mut comma_line = None;
     let mut latin_1_line = None;
-    // First line and number of what the parser drops, as no material has begun.
+    // First line and number of the statements before the first material, which the parser drops.
     let mut before_first: Option<(usize, usize)> = None;
     let mut has_material = false;
     let mut passed = Passed::default();
@@ -217,7 +217,7 @@ fn check(
                 problem: format!("`{}` without usable values, skipped", short(word)),
             });
         }
-        // The parser keeps about the text once more, and a structure per material.
+        // The parser needs about the size of the text again, and a structure per material.
         budget.take((text.len() - before) as u64 * 8 + 64, 1, at)?;
     }
     if let Some(line) = bump_line {
@@ -273,7 +273,7 @@ fn color(rest: &str, has_comma: &mut bool) -> Option<[f32; 3]> {
 pub(super) struct Maker<'a> {
     files: Files<'a>,
     limits: &'a LoadLimits,
-    /// By the library's folder and the name in `map_…`; the flag says that white stands in.
+    /// By the library's folder and the name in `map_…`; the flag says that the image was replaced by white.
     images: HashMap<(Rc<Path>, String), (usize, bool)>,
 }
 
@@ -283,7 +283,7 @@ impl<'a> Maker<'a> {
     }
 
     /// * base colour `Kd` and `map_Kd`; alpha `d` (or 1 − `Tr`) and `map_d`, both as masks;
-    /// * emission `Ke` and `map_Ke`, as radiance; `Ke` is 1 where only `map_Ke` is given;
+    /// * emission `Ke` and `map_Ke`, as radiance; `Ke` is 1 if only `map_Ke` is given;
     /// * roughness `Pr`, else `(2 / (Ns + 2))^¼` (the GGX lobe about as wide as Blinn's with
     ///   exponent `Ns`: α² = 2 / (Ns + 2)); 1 without `Ns` or where `Ks` is black;
     /// * metallic `Pm`, else 0; normals `norm`.
@@ -334,14 +334,14 @@ impl<'a> Maker<'a> {
         if kd == Vec3::ZERO && source.diffuse_texture.is_some() {
             warnings.push(Warning::Value {
                 at: at.clone(),
-                problem: "Kd is black, so that map_Kd does not show".to_owned(),
+                problem: "Kd is black, so map_Kd has no effect".to_owned(),
             });
         }
 
         if emission == Vec3::ZERO && param("map_Ke").is_some() {
             warnings.push(Warning::Value {
                 at: at.clone(),
-                problem: "Ke is black, so that map_Ke does not show".to_owned(),
+                problem: "Ke is black, so map_Ke has no effect".to_owned(),
             });
         }
 
@@ -363,7 +363,7 @@ impl<'a> Maker<'a> {
         let emission_map = param("map_Ke").map(&mut texture);
         made.normal_texture = param("norm")
             .map(&mut texture)
-            // White is no normal.
+            // White is not a normal.
             .filter(|(_, is_stand_in)| !is_stand_in)
             .map(|(texture, _)| texture);
         if let Some(mask) = &source.dissolve_texture {
@@ -459,7 +459,7 @@ struct Map<'a> {
     uv_from_mesh: Affine2,
 }
 
-/// Splits options from the file's name, which may have blanks in it.
+/// Separates options from the file's name, which may contain blanks.
 fn parse_map(value: &str) -> Map<'_> {
     let mut wrap = Wrap::Repeat;
     let (mut scale, mut offset) = (Vec2::ONE, Vec2::ZERO);
@@ -501,7 +501,7 @@ fn parse_map(value: &str) -> Map<'_> {
             _ => {}
         }
     }
-    // In OBJ v points up; the mesh's v is already turned: 1 − (s·(1 − v) + o) = s·v + 1 − s − o.
+    // In OBJ v points up; the mesh's v is already flipped: 1 − (s·(1 − v) + o) = s·v + 1 − s − o.
     let offset = Vec2::new(offset.x, 1.0 - scale.y - offset.y);
     let uv_from_mesh = Affine2::from_scale_angle_translation(scale, 0.0, offset);
     Map {
@@ -511,7 +511,7 @@ fn parse_map(value: &str) -> Map<'_> {
     }
 }
 
-/// The base colour's image with the mask's alpha (or brightness, where it has no alpha).
+/// The base colour's image with the mask's alpha (or brightness, if it has no alpha).
 fn masked(
     base: Option<TextureRef>,
     mask: TextureRef,
@@ -525,14 +525,14 @@ fn masked(
     let mask_image = &scene.images[mask_image_ix];
     let has_alpha = mask_image.rgba.iter().any(|p| p[3] != 255);
     if base_image_ix == Some(mask_image_ix) {
-        // Its own brightness would be no mask.
+        // Its own brightness would not be a mask.
         return base;
     }
     let mut pixels = match base_image_ix {
         Some(ix) => (scene.images[ix].width, scene.images[ix].height),
         None => (mask_image.width, mask_image.height),
     };
-    // The finer of both grids, so that a small colour does not coarsen the mask.
+    // The finer of the two resolutions, so that a small colour image does not coarsen the mask.
     if mask_image.width > pixels.0 && mask_image.height > pixels.1 {
         pixels = (mask_image.width, mask_image.height);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Names on a line: of files and of materials. They may have blanks in them, may be quoted, and a
-//! comment may follow; the format has no rule that tells these apart.
+//! Names of files and materials on a line. They may contain blanks, may be quoted, and a comment
+//! may follow; the format has no rule to tell these apart.
 
 use std::ops::Range;
 
@@ -30,7 +30,7 @@ fn unquoted(text: &str) -> Option<&str> {
     })
 }
 
-/// What one name can be read as, likeliest first.
+/// The possible readings of a name, the likeliest first.
 pub(super) fn readings(text: &str) -> Vec<&str> {
     let before = before_comment(text);
     let mut readings = vec![text];
@@ -42,10 +42,10 @@ pub(super) fn readings(text: &str) -> Vec<&str> {
     readings
 }
 
-/// The libraries that the text of a `mtllib` names: one name if there is such a file, else as few
-/// names as possible that all exist. A part that does not exist is taken to end in `.mtl`.
+/// The libraries that the text of a `mtllib` names: one name if there is such a file, or else as
+/// few names as possible that all exist. A part that does not exist is assumed to end in `.mtl`.
 pub(super) fn libraries<'a>(text: &'a str, exists: &mut dyn FnMut(&str) -> bool) -> Vec<&'a str> {
-    /// Splittings that are tried grow with the square of the words.
+    /// The number of splits that are tried grows with the square of the number of words.
     const MAX_WORDS: usize = 16;
     const MISSING: usize = 1000;
 

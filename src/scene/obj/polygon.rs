@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Polygons become triangles.
+//! Triangulates polygons.
 
 use std::collections::HashMap;
 
@@ -8,13 +8,13 @@ use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation
 
 use crate::scene::error::LineProblem;
 
-/// How much the triangles' area may differ from the polygon's, as a part of it, before the outline
-/// counts as meeting itself.
+/// The largest relative difference between the area of the triangles and that of the polygon;
+/// beyond it, the outline counts as self-intersecting.
 const AREA_TOLERANCE: f64 = 1e-6;
 
-/// Triangles, as indices of corners, that fill the polygon and keep its winding; concave polygons
-/// and polygons with bridges to holes too. An outline that meets itself gives a fan. `corners` is
-/// at least 3 long.
+/// Triangles, as indices of corners, that fill the polygon and keep its winding, also for concave
+/// polygons and polygons with bridges to holes. An outline that intersects itself gives a fan.
+/// `corners` must have at least 3 elements.
 ///
 /// Corners are projected on the plane of Newell's normal (the sum of the cross products of
 /// successive corners, which exists for bent polygons too); beyond 4 corners the triangles are
@@ -24,7 +24,7 @@ pub(super) fn triangulate(
     max_corners: usize,
 ) -> (Vec<[u32; 3]>, Option<LineProblem>) {
     let n = corners.len();
-    // What is not finite is dropped, and counted, triangle by triangle later.
+    // Triangles that are not finite are dropped and counted later.
     if n <= 3 || !corners.iter().all(|c| c.is_finite()) {
         return (fan(n), None);
     }
@@ -61,18 +61,19 @@ fn project(corners: &[Vec3]) -> Option<Vec<DVec2>> {
     let normal = normal.try_normalize()?;
     let (x, y) = normal.any_orthonormal_pair();
     debug_assert!(x.cross(y).dot(normal) > 0.0);
-    // spade refuses coordinates too near to 0; nothing in f32 input is that fine beside 1.
+    // spade rejects coordinates that are too close to 0; f32 input has no such differences next to
+    // 1.
     let tame = |v: f64| if v.abs() < 1e-30 { 0.0 } else { v };
     Some(points.iter().map(|p| DVec2::new(tame(p.dot(x)), tame(p.dot(y)))).collect())
 }
 
-/// Twice the area, positive where counter-clockwise.
+/// Twice the area, positive if counter-clockwise.
 fn area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// Of both diagonals the one whose smaller triangle is larger: a diagonal outside of a concave quad
-/// makes a triangle of negative area. The first diagonal where both are as good.
+/// Chooses the diagonal whose smaller triangle is larger, because a diagonal outside of a concave
+/// quad makes a triangle of negative area. If both are equal, the first.
 fn quad(p: &[DVec2]) -> Option<Vec<[u32; 3]>> {
     let first = area(p[0], p[1], p[2]).min(area(p[0], p[2], p[3]));
     let second = area(p[0], p[1], p[3]).min(area(p[1], p[2], p[3]));
@@ -106,7 +107,7 @@ fn delaunay(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
     let mut handles = Vec::with_capacity(points.len());
     let mut known: HashMap<[u64; 2], _> = HashMap::with_capacity(points.len());
     for (ix, &position) in (0u32..).zip(points) {
-        // Corners at one place (bridges to holes) are one vertex; `+ 0.0` makes −0 to 0.
+        // Corners at the same place (bridges to holes) are one vertex; `+ 0.0` turns −0 into 0.
         let key = (position + DVec2::ZERO).to_array().map(f64::to_bits);
         let handle = match known.get(&key) {
             Some(&handle) => handle,
@@ -119,7 +120,8 @@ fn delaunay(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
         handles.push(handle);
     }
 
-    // How often the outline runs along an edge, odd or even: a bridge to a hole is run twice.
+    // Whether the outline runs along an edge an odd or even number of times: twice along a bridge
+    // to a hole.
     let mut odd: HashMap<[usize; 2], bool> = HashMap::with_capacity(points.len());
     for (&from, &to) in handles.iter().zip(handles.iter().cycle().skip(1)) {
         if from == to {
@@ -135,8 +137,8 @@ fn delaunay(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
         }
     }
 
-    // Inside is where the outline has been crossed an odd number of times.
-    // Each entry: an edge with a face yet to see on its left, and whether its right is inside.
+    // A face is inside if the outline has been crossed an odd number of times. Each entry: an edge
+    // whose left face has not been visited, and whether its right face is inside.
     let mut inside: Vec<Option<bool>> = vec![None; cdt.num_all_faces()];
     let mut stack = Vec::new();
     for hull in cdt.convex_hull() {
@@ -165,7 +167,7 @@ fn delaunay(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
 
     let outline: f64 =
         points.iter().zip(points.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
-    // Where the outline winds twice or backwards, crossings do not tell the area.
+    // If the outline winds twice or backwards, the crossings do not give the area.
     ((filled - outline).abs() <= AREA_TOLERANCE * outline).then_some(triangles)
 }
 

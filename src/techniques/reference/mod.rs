@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `reference`: the unidirectional path tracer that the techniques are measured against.
 //!
-//! [`PathTracer`] records dispatches into a caller's encoder; a [`Film`] holds the sums of a
-//! picture's pixels between them. Cutting the work into more or fewer dispatches changes no bit of
-//! the result.
+//! [`PathTracer`] records dispatches into the caller's command encoder; a [`Film`] holds the sums of a picture's pixels
+//! between dispatches. The result is the same to the last bit for any number of dispatches.
 
 use crate::bindings::kernels::reference::path_trace::StripeInfo;
 use crate::bindings::lucerna::integrators::path::PathSettings;
@@ -24,11 +23,11 @@ pub struct ReferenceSettings {
     pub size: UVec2,
     /// Reflections after the first; 0: direct light only.
     pub n_bounces: u32,
-    /// Stream of random numbers.
+    /// Seed of the random numbers.
     pub seed: u32,
-    /// The first surface is a white Lambertian, so that [`Channel::Irradiance`] can be resolved.
+    /// Replaces the first surface with a white Lambertian one, so that [`Channel::Irradiance`] can be resolved.
     pub irradiance: bool,
-    /// How far [`Channel::Openness`] looks \[m\]; 0: it is not asked for.
+    /// Radius of [`Channel::Openness`] \[m\]; 0: it is not computed.
     pub occlusion_distance: f32,
 }
 
@@ -40,7 +39,7 @@ impl ReferenceSettings {
 }
 
 impl Default for ReferenceSettings {
-    /// A pixel, with up to 16 reflections after the first.
+    /// A picture of one pixel, with up to 16 reflections after the first.
     fn default() -> Self {
         Self {
             size: UVec2::ONE,
@@ -59,21 +58,21 @@ pub struct Work {
     pub stripe: usize,
     /// First row of the picture, within the stripe.
     pub first_row: u32,
-    /// Rows.
+    /// Number of rows.
     pub n_rows: u32,
     /// Index of the first sample.
     pub first_sample: u32,
     /// Samples for each pixel.
     pub n_samples: u32,
-    /// Takes up what the dispatch before, of the same rows and samples, has left undone ([`UnfinishedPaths`]).
+    /// Continues what the previous dispatch, of the same rows and samples, left unfinished ([`UnfinishedPaths`]).
     pub continues: bool,
 }
 
-/// Paths that a dispatch has left under way, for the next one.
+/// Paths that a dispatch left unfinished, for the next one.
 ///
-/// Mesa's llvmpipe ends loops early once an invocation has taken 65 535 iterations of them. The kernel notices, and stops
-/// before. A dispatch on such a driver is done when [`PathCounts::n_unfinished`] is 0; until then record the same [`Work`]
-/// again with `continues`. Other drivers finish every dispatch at once.
+/// Mesa's llvmpipe ends loops early once an invocation has run 65 535 loop iterations. The kernel counts them, and
+/// stops before that. On such a driver, a dispatch is done when [`PathCounts::n_unfinished`] is 0; until then, record
+/// the same [`Work`] again with `continues`. Other drivers finish every dispatch at once.
 #[derive(Debug)]
 pub struct UnfinishedPaths {
     paths: wgpu::Buffer,
@@ -84,10 +83,10 @@ pub struct UnfinishedPaths {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct PathCounts {
-    /// Pixels of the last dispatch that have not reached the end of their samples.
+    /// Pixels of the last dispatch whose samples are not finished.
     pub n_unfinished: u32,
-    /// Samples of all dispatches that were given up, for a single step of theirs takes more loops than the driver runs.
-    /// They count among [`PixelSums`]'s `n_rejected`, and their light is missing.
+    /// Samples of all dispatches that were abandoned because a single step of them takes more loop iterations than the
+    /// driver runs. They are included in `n_rejected` of [`PixelSums`], and their light is missing.
     pub n_cut: u32,
 }
 
@@ -105,7 +104,7 @@ impl UnfinishedPaths {
         }
     }
 
-    /// A [`PathCounts`], then padding; it has `COPY_SRC`.
+    /// A [`PathCounts`], followed by padding; it has `COPY_SRC`.
     pub fn counts(&self) -> &wgpu::Buffer {
         &self.counts
     }
@@ -119,7 +118,7 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
-    /// Compiles the kernel for the scene's variant; it serves every scene of the same variant.
+    /// Compiles the kernel for the scene's variant; it works for every scene of the same variant.
     pub fn new(gpu: &Gpu, scene: &dyn SceneSeam) -> Self {
         let (shaders, group) = (scene.shaders(), Some(scene.group()));
         Self {
@@ -128,14 +127,14 @@ impl PathTracer {
         }
     }
 
-    /// Records one dispatch. Samples of one pixel must be recorded in order, and work that is not done
-    /// ([`UnfinishedPaths`]) must be continued before other work is recorded.
+    /// Records one dispatch. Record the samples of a pixel in order, and continue unfinished work ([`UnfinishedPaths`])
+    /// before you record other work.
     ///
     /// # Errors
-    /// The scene is not what the kernel was compiled for.
+    /// The scene differs from the one that the kernel was compiled for.
     ///
     /// # Panics
-    /// If `work` lies outside the film, as a slice would.
+    /// If `work` is outside the film.
     #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
     pub fn record(
         &self,
@@ -151,7 +150,7 @@ impl PathTracer {
         let stripe = &film.stripes()[work.stripe];
         let inside = work.first_row >= stripe.first_row
             && work.first_row + work.n_rows <= stripe.first_row + stripe.n_rows;
-        assert!(inside && film.size() == settings.size, "{work:?} lies outside the film");
+        assert!(inside && film.size() == settings.size, "{work:?} is outside the film");
         let path_settings = PathSettings {
             size: settings.size,
             first_sample: work.first_sample,

@@ -19,7 +19,7 @@ impl BouncePass {
         Self(ComputeKernel::new(gpu, &shaders, None, "voxel_cone/bounce"))
     }
 
-    /// Records the turn of this frame: of one face in `period`.
+    /// Records this frame's share of the faces: one in `period`.
     pub fn record(
         &self,
         recorder: &mut Recorder,

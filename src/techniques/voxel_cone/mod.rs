@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `voxel-cone`: voxel cone tracing.
 //!
-//! Light that leaves the voxels' faces is kept in a pyramid of ever coarser voxels; cones that grow as they
-//! go gather it, for voxels (further bounces) and for pixels. The method is described in
-//! `docs/techniques/voxel-cone.md`.
+//! The light that leaves the voxels' faces is stored in a pyramid of ever coarser voxels. Widening cones gather it, for
+//! voxels (further bounces) and for pixels. The method is described in `docs/techniques/voxel-cone.md`.
 //!
 //! ```text
 //! VoxelLight (structure, direct light of faces) ─▶ FillPass ──▶ PrefilterPass ──▶ BouncePass ─┐
@@ -12,8 +11,8 @@
 //!                                                 ShadePass: pixels → indirect radiance, ambient occlusion
 //! ```
 //!
-//! Voxels, levels around the eye and direct light are those of [`VoxelLight`]; faces that stay
-//! keep their light when things move, as there.
+//! Voxels, levels around the eye and direct light are those of [`VoxelLight`]. As there, faces that remain keep their
+//! light when things move.
 
 mod bounce;
 mod occlusion;
@@ -43,7 +42,7 @@ pub use settings::{Specular, VoxelConeSettings};
 #[derive(Debug)]
 pub struct VoxelCone {
     chosen: VoxelConeSettings,
-    /// The same without what makes no difference in the scene.
+    /// The settings without those that make no difference in the scene.
     settings: VoxelConeSettings,
     light: VoxelLight,
     attributes: Vec<VoxelAttributes>,
@@ -52,19 +51,19 @@ pub struct VoxelCone {
     fill: FillPass,
     prefilter: PrefilterPass,
     bounce: BouncePass,
-    /// Of counted bounces: direct light and what was reflected so far.
+    /// For a limited number of bounces: direct light plus the light reflected so far.
     publish: PublishPass,
     occlusion: Option<OcclusionPass>,
     shade: ShadePass,
 }
 
 impl VoxelCone {
-    /// Makes the buffers and compiles the kernels, for scenes of the same variant and bounds.
+    /// Creates the buffers and compiles the kernels, for scenes of the same variant and bounds.
     ///
-    /// `eye` \[m\]: where the camera stands. The levels are laid out for what can be seen from there.
+    /// `eye` \[m\]: the camera's position. The levels are laid out for what can be seen from there.
     ///
     /// # Errors
-    /// [`TechniqueError`]: a setting is out of range, or a buffer or texture is larger than the device takes.
+    /// [`TechniqueError`]: a setting is out of range, or a buffer or texture is larger than the device allows.
     pub fn new(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
@@ -74,8 +73,8 @@ impl VoxelCone {
         Self::with_visibility(gpu, scene, settings, &LightVisibility::rays(), eye)
     }
 
-    /// As [`Self::new`], with something else than rays to tell which lights voxels see. (Shadow maps are drawn ahead of
-    /// the technique's update: [`FramePasses::shadow_maps`](crate::frame::FramePasses).)
+    /// As [`Self::new`], but `visibility` instead of rays decides which lights voxels see. (Shadow maps are drawn
+    /// before the technique's update: [`FramePasses::shadow_maps`](crate::frame::FramePasses).)
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -105,7 +104,7 @@ impl VoxelCone {
         let grids: Vec<VoxelGrid> = light.voxelizers().map(|of| *of.grid()).collect();
         let squared = settings.face_weights == FaceWeights::Squared;
         let pyramid = Pyramid::new(gpu, &grids, settings.storage, squared)?;
-        // Nothing mirrors where everything is Lambert.
+        // There is no specular light if every surface is Lambertian.
         let mirrors = settings.specular != Specular::Off && !scene.facts().diffuse_only;
         let chosen = settings;
         let group = Some(scene.group());
@@ -129,27 +128,27 @@ impl VoxelCone {
         })
     }
 
-    /// What was chosen.
+    /// The settings.
     pub fn chosen(&self) -> &VoxelConeSettings {
         &self.chosen
     }
 
-    /// The component that keeps the voxels' light.
+    /// The component that stores the voxels' light.
     pub fn light(&self) -> &VoxelLight {
         &self.light
     }
 
-    /// Where a level's cells stand.
+    /// The grid of a level.
     pub fn grid(&self, level: usize) -> &VoxelGrid {
         self.light.grid(level)
     }
 
-    /// How fine the cells are for what stood around the eye when this was made.
+    /// How fine the cells are, compared with what was around the eye when this was made.
     pub fn reach(&self) -> &VoxelReach {
         self.light.reach()
     }
 
-    /// What is kept of the voxels between frames.
+    /// What is kept about the voxels between frames.
     pub fn buffers(&self) -> &CacheBuffers {
         self.light.buffers()
     }
@@ -159,7 +158,7 @@ impl VoxelCone {
         &self.pyramid
     }
 
-    /// Brings the light of faces into the pyramid.
+    /// Writes the light of faces into the pyramid.
     fn build(&self, recorder: &mut Recorder) {
         let info = FillInfo {
             level: 0,
@@ -177,7 +176,7 @@ impl VoxelCone {
         self.bounce.record(recorder, light, attributes, pyramid, settings, period);
     }
 
-    /// Adds what was reflected so far to what the pyramid is made of.
+    /// Adds the light reflected so far to the light that the pyramid is made of.
     fn publish(&self, recorder: &mut Recorder) {
         let pass = &mut recorder.compute("voxel_light/publish");
         for (level, voxelizer) in (0..).zip(self.light.voxelizers()) {
@@ -248,7 +247,7 @@ impl Technique for VoxelCone {
         self.light.notices()
     }
 
-    /// Cones through the voxels: soft shadows, without noise, and blind to what is smaller than a voxel.
+    /// Cones through the voxels: soft shadows without noise, which miss what is smaller than a voxel.
     fn visibility(&self) -> Option<LightVisibility> {
         Some(self.pyramid.visibility())
     }

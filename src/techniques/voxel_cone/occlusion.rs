@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Occlusion close by, in the picture's depths: the kernels `voxel_cone/occlusion` and
-//! `voxel_cone/occlusion_resolve`.
+//! Screen-space occlusion by what is close: the kernels `voxel_cone/occlusion` and `voxel_cone/occlusion_resolve`.
 
 use super::settings::VoxelConeSettings;
 use super::shade::specular_spread;
@@ -14,15 +13,15 @@ use glam::UVec2;
 /// The compiled kernels with their targets.
 #[derive(Debug)]
 pub(super) struct OcclusionPass {
-    /// Shares of the hemisphere, at a quarter of the pixels.
+    /// Openness of the hemisphere, at a quarter of the pixels.
     diffuse: Option<ComputeKernel>,
-    /// Of the mirror's cone.
+    /// Openness of the specular cone.
     specular: Option<ComputeKernel>,
     resolve: ComputeKernel,
     targets: Vec<Targets>,
 }
 
-/// Of pictures of one size.
+/// The targets for pictures of one size.
 #[derive(Clone, Debug)]
 struct Targets {
     size: UVec2,
@@ -31,11 +30,11 @@ struct Targets {
     resolved: wgpu::TextureView,
 }
 
-/// Sizes of pictures that are kept: several views may take turns.
+/// Number of picture sizes whose targets are kept, because several views may take turns.
 const KEPT: usize = 4;
 
 impl OcclusionPass {
-    /// None where neither is asked for. `shaders`, `scene`: as of [`super::shade::ShadePass::new`].
+    /// None if neither occlusion is enabled. `shaders`, `scene`: as for [`super::shade::ShadePass::new`].
     pub fn new(
         gpu: &Gpu,
         shaders: &Shaders,
@@ -57,7 +56,7 @@ impl OcclusionPass {
         })
     }
 
-    /// Records all passes and returns where openness will stand: r of the hemisphere, g of the mirror's cone.
+    /// Records all passes and returns the texture of openness: r for the hemisphere, g for the specular cone.
     pub fn record(
         &mut self,
         recorder: &mut Recorder,
@@ -111,7 +110,7 @@ impl OcclusionPass {
             return known.clone();
         }
         let make = |size| target(gpu, "occlusion", size, wgpu::TextureFormat::Rgba8Unorm);
-        // A pass that is not there has a texel.
+        // A pass that does not run has a target of one texel.
         let of = |kernel: &Option<_>, size| if kernel.is_some() { size } else { UVec2::ONE };
         let made = Targets {
             size,

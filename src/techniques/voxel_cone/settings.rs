@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What can be chosen about `voxel-cone`.
+//! Settings of `voxel-cone`.
 
 use crate::components::voxel_light::{Bounces, Levels, setting};
 use crate::components::voxel_pyramid::{ConeStepping, FaceWeights, PyramidStorage};
 use crate::components::voxels::{MAX_SIZE, Resolution};
 use crate::techniques::{Setting, SettingChoice, SettingKind, SettingValue, Settings};
 
-/// Indirect light that glossy surfaces mirror.
+/// Indirect specular light of glossy surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Specular {
-    /// None; what they would reflect is missing.
+    /// None: the specular part of the reflection is missing.
     Off,
-    /// A direction drawn from the surface's lobe in each frame, with a cone of a third of the lobe's width.
+    /// A direction sampled from the surface's lobe in each frame, with a cone of a third of the lobe's width.
     #[default]
     Roughness,
-    /// One cone of this aperture \[degrees\], 0.1 to 119; the source's is 10.
+    /// One cone of this aperture \[degrees\], 0.1 to 119; the source uses 10.
     Fixed(f32),
 }
 
@@ -22,42 +22,42 @@ pub enum Specular {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct VoxelConeSettings {
-    /// Cells of the whole scene's grid, at most 256 along an axis. (Levels within have as many along
-    /// each axis as that has along its longest.)
+    /// Cells of the whole scene's grid, at most 256 along an axis. (Along each axis, the inner levels have as many
+    /// cells as that grid has along its longest.)
     pub resolution: Resolution,
-    /// A value for each of a voxel's six faces; else one a voxel.
+    /// Whether to store a value for each of a voxel's six faces; otherwise one per voxel.
     pub anisotropic: bool,
     /// Nested grids.
     pub levels: Levels,
-    /// Surface points that find direct light on each face in each frame, 1 to 256.
+    /// Surface points per face and frame at which direct light is sampled, 1 to 256.
     pub points_per_face: u32,
-    /// How often light is reflected before it reaches the picture's surfaces and there once more. Counted,
-    /// 1 to 64: every frame makes them all anew. Without end: each frame adds one.
+    /// How often light is reflected before it reaches the surfaces in the picture, which reflect it once more. With a
+    /// limit, 1 to 64: every frame computes all of them again. Unlimited: each frame adds one.
     pub bounces: Bounces,
-    /// Cones of a pixel: 5, 6, 9 or 16.
+    /// Cones per pixel: 5, 6, 9 or 16.
     pub n_cones: u32,
-    /// Cones of a voxel's face: 5, 6, 9 or 16.
+    /// Cones per face of a voxel: 5, 6, 9 or 16.
     pub n_bounce_cones: u32,
-    /// Of bounces without end: a face's turn comes in one frame of so many, 1 to 64.
+    /// For unlimited bounces: the number of frames over which the faces take turns, 1 to 64.
     pub bounce_period: u32,
-    /// How cones are followed.
+    /// How cones are marched.
     pub stepping: ConeStepping,
-    /// How faces are weighed.
+    /// How faces are weighted.
     pub face_weights: FaceWeights,
-    /// What glossy surfaces mirror.
+    /// Indirect specular light of glossy surfaces.
     pub specular: Specular,
-    /// Attenuate what is mirrored by what stands close by in the picture (screen-space specular occlusion).
+    /// Attenuate specular light by surfaces that are close in the picture (screen-space specular occlusion).
     pub occludes_specular: bool,
-    /// Attenuate diffuse light by what stands close by in the picture, at a quarter of its pixels.
+    /// Attenuate diffuse light by surfaces that are close in the picture, computed for a quarter of its pixels.
     pub occludes_diffuse: bool,
-    /// Cells without a surface that looks a face's way take the mean of two opposite neighbours beside it that have.
+    /// Cells without a surface that faces a face's direction take the mean of two opposite neighbours that have one.
     pub fills_gaps: bool,
-    /// Single-sided surfaces hide what is behind them from behind, too. Else cones pass through their backs,
-    /// as glTF's `doubleSided` allows; then they do not darken what stands beside a wall.
+    /// Single-sided surfaces also occlude from behind. Otherwise cones pass through their backs, as glTF's
+    /// `doubleSided` allows; then they do not darken what is next to a wall.
     pub opaque_backs: bool,
-    /// Where voxels are kept.
+    /// Where voxels are stored.
     pub storage: PyramidStorage,
-    /// Stream of random numbers.
+    /// Seed of the random numbers.
     pub seed: u32,
 }
 
@@ -85,25 +85,25 @@ impl Default for VoxelConeSettings {
     }
 }
 
-/// Numbers of cones that there are sets of.
+/// Numbers of cones for which there are sets.
 const CONE_SETS: &[u32] = &[5, 6, 9, 16];
 
 const FACE_WEIGHTS: &[SettingChoice] = &[
     SettingChoice::new(
         "projected",
-        "by the direction's components: walls are as opaque at a slant as head-on",
+        "weighted by the direction's components: walls are as opaque at a slant as head-on",
     ),
-    SettingChoice::new("squared", "by their squares (the source's)"),
+    SettingChoice::new("squared", "weighted by their squares (as in the source)"),
 ];
 const SPECULAR: &[SettingChoice] = &[
-    SettingChoice::new("roughness", "a direction drawn from the surface's lobe in each frame"),
+    SettingChoice::new("roughness", "a direction sampled from the surface's lobe in each frame"),
     SettingChoice::new("off", "nothing"),
 ];
 const VOLUMES: &[SettingChoice] = &[
     SettingChoice::new("textures", "3-D textures, filtered by the device"),
     SettingChoice::new(
         "buffers",
-        "a storage buffer, filtered by the kernel: the same numbers, slower",
+        "a storage buffer, filtered by the kernel: the same result, slower",
     ),
 ];
 
@@ -113,23 +113,23 @@ impl Settings for VoxelConeSettings {
             "voxels",
             "cells",
             SettingKind::Size { max: MAX_SIZE },
-            "Cells along the longest side of the scene's box, and along each side of the levels within; or three numbers (128x64x64) for the scene's grid",
+            "Cells along the longest side of the scene's box, and along each side of the inner levels; or three numbers (128x64x64) for the scene's grid",
         ),
         setting::ANISOTROPIC,
         setting::LEVELS,
         setting::POINTS,
-        Setting::new("cones", "cones", SettingKind::OneOf(CONE_SETS), "Cones of a pixel"),
+        Setting::new("cones", "cones", SettingKind::OneOf(CONE_SETS), "Cones per pixel"),
         Setting::new(
             "bounce-cones",
             "cones",
             SettingKind::OneOf(CONE_SETS),
-            "Cones of a voxel's face, for further bounces",
+            "Cones per face of a voxel, for further bounces",
         ),
         Setting::new(
             "bounce-period",
             "frames",
             SettingKind::integer(1, 64),
-            "Unlimited bounces: a voxel's face has its turn in one of N frames",
+            "With unlimited bounces: each face of a voxel is updated in one of N frames",
         ),
         Setting::new(
             "step-scale",
@@ -147,55 +147,55 @@ impl Settings for VoxelConeSettings {
             "opacity-threshold",
             "",
             SettingKind::number(0.01, 1.0),
-            "Opacity at which a cone is given up",
+            "Opacity at which a cone ends",
         ),
         Setting::new(
             "start",
             "cells",
             SettingKind::number(0.0, 8.0),
-            "How far off the surface cones begin",
+            "Distance from the surface at which cones start",
         ),
         Setting::new(
             "face-weights",
             "",
             SettingKind::Choice(FACE_WEIGHTS),
-            "How a voxel's faces count for a cone",
+            "How a cone weights a voxel's faces",
         ),
         Setting::new(
             "specular",
             "degrees",
             SettingKind::Number { min: 0.1, max: 119.0, words: SPECULAR },
-            "What glossy surfaces mirror; a number: one cone of this aperture (10: the source's)",
+            "Indirect specular light of glossy surfaces; a number: one cone of this aperture (the source uses 10)",
         ),
         Setting::new(
             "specular-occlusion",
             "",
             SettingKind::Switch,
-            "Attenuate what is mirrored by what stands close by in the picture",
+            "Attenuate specular light by surfaces that are close in the picture",
         ),
         Setting::new(
             "diffuse-occlusion",
             "",
             SettingKind::Switch,
-            "Attenuate diffuse light by what stands close by in the picture, at a quarter of its pixels",
+            "Attenuate diffuse light by surfaces that are close in the picture, computed for a quarter of its pixels",
         ),
         Setting::new(
             "fill-gaps",
             "",
             SettingKind::Switch,
-            "Give voxels' faces without a surface the mean of their neighbours",
+            "Give faces of voxels without a surface the mean of their neighbours",
         ),
         Setting::new(
             "opaque-backs",
             "",
             SettingKind::Switch,
-            "Cones do not pass through the backs of single-sided surfaces",
+            "Stop cones at the backs of single-sided surfaces, too",
         ),
         Setting::new(
             "volumes",
             "",
             SettingKind::Choice(VOLUMES),
-            "Where prefiltered voxels are kept",
+            "Where prefiltered voxels are stored",
         ),
         setting::BOUNCES_FROM_ONE,
         setting::SEED,

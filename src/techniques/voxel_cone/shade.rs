@@ -8,7 +8,7 @@ use crate::frame::Pixels;
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders, target};
 use glam::UVec2;
 
-/// tan of half the mirror cone's aperture; 0: from the roughness.
+/// tan of half the specular cone's aperture; 0: it follows from the roughness.
 pub(super) fn specular_spread(specular: Specular) -> f32 {
     match specular {
         Specular::Fixed(degrees) => (0.5 * degrees).to_radians().tan(),
@@ -20,12 +20,12 @@ pub(super) fn specular_spread(specular: Specular) -> f32 {
 #[derive(Debug)]
 pub(super) struct ShadePass {
     kernel: ComputeKernel,
-    /// Bound where there is no occlusion.
+    /// Bound if there is no occlusion.
     nothing: wgpu::TextureView,
 }
 
 impl ShadePass {
-    /// `shaders`: with the module that tells what pixels see; `scene`: needed where that module asks the scene.
+    /// `shaders`: with the module that finds the pixels' surfaces; `scene`: needed if that module uses the scene.
     pub fn new(
         gpu: &Gpu,
         shaders: &Shaders,
@@ -40,7 +40,7 @@ impl ShadePass {
         }
     }
 
-    /// Records the cones of a picture into `light`, `rgba32float`, a: ambient occlusion.
+    /// Records the cones of a picture into `light`, `rgba32float`. a: ambient occlusion.
     pub fn record(
         &self,
         recorder: &mut Recorder,

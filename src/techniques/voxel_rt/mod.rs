@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `voxel-rt`: ray-traced voxel global illumination.
 //!
-//! Irradiance is kept for the faces of the voxels that surfaces stand in ([`VoxelLight`]). Every frame renews it with a
-//! few rays a face, independently of the picture's size; pixels look it up. The method is described
-//! in `docs/techniques/voxel-rt.md`.
+//! Irradiance is stored for the faces of the voxels that contain surfaces ([`VoxelLight`]). Every frame updates it with
+//! a few rays per face, independently of the picture's size; pixels look it up. The method is described in
+//! `docs/techniques/voxel-rt.md`.
 
 mod settings;
 mod shade;
@@ -29,12 +29,12 @@ pub struct VoxelRt {
 }
 
 impl VoxelRt {
-    /// Makes the buffers and compiles the kernels, for scenes of the same variant and bounds.
+    /// Creates the buffers and compiles the kernels, for scenes of the same variant and bounds.
     ///
-    /// `eye` \[m\]: where the camera stands. The levels are laid out for what can be seen from there.
+    /// `eye` \[m\]: the camera's position. The levels are laid out for what can be seen from there.
     ///
     /// # Errors
-    /// [`TechniqueError`]: a setting is out of range, or a buffer is larger than the device binds.
+    /// [`TechniqueError`]: a setting is out of range, or a buffer is larger than the device can bind.
     pub fn new(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
@@ -44,7 +44,7 @@ impl VoxelRt {
         Self::with_visibility(gpu, scene, settings, &LightVisibility::rays(), eye)
     }
 
-    /// As [`Self::new`], with something else than rays to tell which lights voxels see.
+    /// As [`Self::new`], but `visibility` instead of rays decides which lights voxels see.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -63,22 +63,22 @@ impl VoxelRt {
         })
     }
 
-    /// The component that keeps its light.
+    /// The component that stores its light.
     pub fn light(&self) -> &VoxelLight {
         &self.light
     }
 
-    /// What was chosen.
+    /// The settings.
     pub fn chosen(&self) -> &VoxelRtSettings {
         &self.settings
     }
 
-    /// How fine the cells are for what stood around the eye when this was made.
+    /// How fine the cells are, compared with what was around the eye when this was made.
     pub fn reach(&self) -> &VoxelReach {
         self.light.reach()
     }
 
-    /// Where a level's cells stand.
+    /// The grid of a level.
     pub fn grid(&self, level: usize) -> &VoxelGrid {
         self.light.grid(level)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What can be chosen about `voxel-rt`.
+//! Settings of `voxel-rt`.
 
 use crate::components::voxel_light::{
     Bounces, DirectLight, Levels, RaysInjected, VoxelLightSettings, WriteStrategy, setting,
@@ -10,13 +10,13 @@ use crate::techniques::{Setting, SettingChoice, SettingKind, SettingValue, Setti
 /// How pixels read the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lookup {
-    /// Trilinear over the cells that hold surfaces which look the pixel's way.
+    /// Trilinear over the cells with surfaces that face the same way as the pixel's.
     #[default]
     Valid,
-    /// Trilinear over all eight cells, empty ones counting as dark: the source's, for comparison.
+    /// Trilinear over all eight cells, where empty ones count as dark: the source's lookup, for comparison.
     Trilinear,
-    /// The mean of seven such lookups, one cell apart along each axis: the source's remedy for the
-    /// dark streaks of the one before.
+    /// The mean of seven such lookups, one cell apart along each axis: the source's remedy for the dark streaks of
+    /// [`Self::Trilinear`].
     SevenTap,
 }
 
@@ -24,26 +24,25 @@ pub enum Lookup {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct VoxelRtSettings {
-    /// Cells along the longest side of the scene's box, and along each side of the levels within: 1 to
-    /// 256.
+    /// Cells along the longest side of the scene's box, and along each side of the inner levels: 1 to 256.
     pub resolution: u32,
-    /// A value for each of a voxel's six faces; else one a voxel.
+    /// Whether to store a value for each of a voxel's six faces; otherwise one per voxel.
     pub anisotropic: bool,
     /// Nested grids.
     pub levels: Levels,
-    /// Surface points drawn on each face in each frame, at least 1. Each costs a short ray, and where
-    /// that finds a surface a shadow ray and a bounce.
+    /// Surface points sampled on each face in each frame, at least 1. Each costs a short ray and, if that hits a
+    /// surface, a shadow ray and a bounce.
     pub points_per_face: u32,
-    /// Rays that a face remembers, at least 1: with more of them the light is smoother, and follows
-    /// changes that nobody reports more slowly.
+    /// Rays that a face averages over, at least 1. With more of them the light is smoother, but follows unreported
+    /// changes more slowly.
     pub max_rays: u32,
-    /// Where light comes from.
+    /// How direct light reaches the voxels.
     pub direct: DirectLight,
     /// How often light is reflected.
     pub bounces: Bounces,
     /// How pixels read the grid.
     pub lookup: Lookup,
-    /// Stream of random numbers.
+    /// Seed of the random numbers.
     pub seed: u32,
 }
 
@@ -93,29 +92,35 @@ impl From<VoxelRtSettings> for VoxelLightSettings {
 const INJECT: &[SettingChoice] = &[
     SettingChoice::new(
         "faces",
-        "every voxel's face draws points and lights, and traces shadow rays",
+        "every face of a voxel samples points and lights, and traces shadow rays",
     ),
-    SettingChoice::new("lights", "rays leave the lights (the source's)"),
-    SettingChoice::new("camera", "rays leave the camera"),
+    SettingChoice::new("lights", "rays start at the lights (as in the source)"),
+    SettingChoice::new("camera", "rays start at the camera"),
 ];
 const WRITE: &[SettingChoice] = &[
-    SettingChoice::new("store", "the last writer wins (racy; 8 bits a channel)"),
+    SettingChoice::new("store", "the last writer wins (racy; 8 bits per channel)"),
     SettingChoice::new(
         "moving-average",
-        "moving average of up to 255 samples by compare-and-swap (8 bits a channel; the source's)",
+        "moving average of up to 255 samples by compare-and-swap (8 bits per channel; as in the source)",
     ),
-    SettingChoice::new("max", "the largest (8 bits a channel)"),
-    SettingChoice::new("exact", "the exact mean, whatever the order"),
+    SettingChoice::new("max", "the largest (8 bits per channel)"),
+    SettingChoice::new("exact", "the exact mean, independent of the order"),
 ];
 const LOOKUP: &[SettingChoice] = &[
-    SettingChoice::new("valid", "trilinear over cells with surfaces that face the pixel's way"),
-    SettingChoice::new("trilinear", "trilinear over all cells, empty ones dark (the source's)"),
-    SettingChoice::new("seven-tap", "the mean of seven of those (the source's)"),
+    SettingChoice::new(
+        "valid",
+        "trilinear over cells with surfaces that face the same way as the pixel's",
+    ),
+    SettingChoice::new(
+        "trilinear",
+        "trilinear over all cells, where empty ones count as dark (as in the source)",
+    ),
+    SettingChoice::new("seven-tap", "the mean of seven such lookups (as in the source)"),
 ];
 const STRATEGIES: [WriteStrategy; 4] = WriteStrategy::ALL;
 const LOOKUPS: [Lookup; 3] = [Lookup::Valid, Lookup::Trilinear, Lookup::SevenTap];
 
-/// Where a choice of this name stands.
+/// The index of the choice of this name.
 fn place(choices: &[SettingChoice], name: &str) -> usize {
     choices.iter().position(|choice| choice.name == name).unwrap_or(0)
 }
@@ -132,7 +137,7 @@ impl Settings for VoxelRtSettings {
             "voxels",
             "cells",
             SettingKind::integer(1, MAX_SIZE),
-            "Cells along the longest side of the scene's box, and along each side of the levels within",
+            "Cells along the longest side of the scene's box, and along each side of the inner levels",
         ),
         setting::ANISOTROPIC,
         setting::LEVELS,
@@ -141,25 +146,25 @@ impl Settings for VoxelRtSettings {
             "max-rays",
             "rays",
             SettingKind::integer(1, 65536),
-            "Rays that a face remembers: with more of them light is smoother, and follows changes that the scene does not report more slowly",
+            "Rays that a face averages over: with more of them light is smoother, but follows unreported changes more slowly",
         ),
         Setting::new(
             "inject",
             "",
             SettingKind::Choice(INJECT),
-            "Where the light comes from that the grid holds before it is reflected",
+            "How direct light reaches the voxels",
         ),
         Setting::new(
             "inject-rays",
             "rays",
             SettingKind::integer(1, 4096),
-            "With `inject` lights or camera: N × N rays a frame (and light)",
+            "With `inject` lights or camera: N × N rays per frame (and per light)",
         ),
         Setting::new(
             "write",
             "",
             SettingKind::Choice(WRITE),
-            "With `inject` lights or camera: how rays are combined that meet the same voxel's face",
+            "With `inject` lights or camera: how rays that hit the same face of a voxel are combined",
         ),
         Setting::new("lookup", "", SettingKind::Choice(LOOKUP), "How pixels read the grid"),
         setting::BOUNCES,
@@ -218,7 +223,7 @@ impl Settings for VoxelRtSettings {
 }
 
 impl VoxelRtSettings {
-    /// The injected rays; the defaults where there are none.
+    /// The injected rays; the defaults if there are none.
     fn rays(&self) -> RaysInjected {
         match self.direct {
             DirectLight::PerFace => RaysInjected::default(),
@@ -226,7 +231,7 @@ impl VoxelRtSettings {
         }
     }
 
-    /// Without effect where faces find their light themselves.
+    /// Has no effect if faces sample the lights themselves.
     fn set_rays(&mut self, rays: RaysInjected) {
         match &mut self.direct {
             DirectLight::PerFace => {}

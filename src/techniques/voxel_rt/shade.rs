@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernel `voxel_rt/shade`: the picture's surfaces look the voxels up.
+//! The kernel `voxel_rt/shade`: light of the picture's surfaces, looked up in the voxels.
 
 use super::{DebugView, Lookup};
 use crate::bindings::kernels::voxel_rt::shade as kernel;
@@ -8,25 +8,25 @@ use crate::components::voxel_light::CacheBuffers;
 use crate::frame::Pixels;
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders};
 
-/// What is shown of the voxels.
+/// What a picture of the voxels shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
     /// Reflected radiance \[W·sr⁻¹·m⁻²\].
     Light,
     /// Irradiance \[W·m⁻²\] before the surface reflects it.
     Irradiance,
-    /// The cell that a surface point stands in, as a colour.
+    /// The cell of a surface point, as a colour.
     Cells,
-    /// The level that it is looked up in, as a colour.
+    /// The level in which it is looked up, as a colour.
     Levels,
 }
 
 pub(super) const DEBUG_VIEWS: &[DebugView] = &[
     DebugView::new("irradiance", "indirect irradiance [W/m²], before the surface reflects it"),
-    DebugView::new("cells", "voxels, each in a colour of its own"),
+    DebugView::new("cells", "voxels, each in its own colour"),
     DebugView::new(
         "levels",
-        "nested grids: from the finest on red, green, blue, yellow, magenta, cyan",
+        "nested grids, from the finest on: red, green, blue, yellow, magenta, cyan",
     ),
 ];
 
@@ -46,8 +46,8 @@ impl Shown {
 pub struct ShadePass(ComputeKernel);
 
 impl ShadePass {
-    /// Compiles the kernel. `shaders`: with the module that tells what pixels see; `scene`: needed where that module asks the
-    /// scene.
+    /// Compiles the kernel. `shaders`: with the module that finds the pixels' surfaces; `scene`: needed if that module
+    /// uses the scene.
     pub fn new(gpu: &Gpu, shaders: &Shaders, scene: Option<&SceneGroup>) -> Self {
         Self(ComputeKernel::new(gpu, shaders, scene, "voxel_rt/shade"))
     }

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Shadow maps: what is seen from a light, and how much of the light a point behind it gets.
+//! Shadow maps: what is seen from a light, and how much of the light reaches a point.
 //!
 //! Depths are reversed: near/z for perspective views, 1 − (z − near)/range for parallel ones; 1 nearest, 0 farthest or
-//! nothing. (Reversed, 32-bit floats are spaced evenly over distance: N. Reed, "Depth Precision Visualized", 2015.)
-//! Whoever draws the map adds the slope's bias; a look-up moves its point along the surface's normal (D. Holbert, "Saying
-//! 'Goodbye' to Shadow Acne", GDC 2011), so that no surface shades itself.
+//! nothing. (Reversed, 32-bit floats are spaced evenly over distance: N. Reed, "Depth Precision Visualized", 2015.) The
+//! pass that draws the map adds the slope's bias; a look-up moves its point along the surface's normal (D. Holbert,
+//! "Saying 'Goodbye' to Shadow Acne", GDC 2011), so that no surface shades itself.
 //!
 //! Filters: PCF, percentage-closer filtering over a disc (W. Reeves, D. Salesin, R. Cook, SIGGRAPH 1987); PCSS,
 //! percentage-closer soft shadows (R. Fernando, SIGGRAPH 2005): the disc is as wide as the penumbra of a light of
-//! radius R whose blockers stand at z_b: R·(1/z_b − 1/z_r) for a receiver at z_r, in units of a plane at distance 1.
+//! radius R whose blockers are at z_b: R·(1/z_b − 1/z_r) for a receiver at z_r, in units of a plane at distance 1.
 //!
-//! Symbols: z distance along the view's axis [m]; *plane*: x/z, y/z (of parallel views x, y [m]).
+//! Symbols: z distance along the view's axis [m]; *plane*: x/z, y/z (for parallel views x, y [m]).
 #define_import_path lucerna::components::shadow_maps::shadow_map
 
 /// A picture from a light.
@@ -21,21 +21,21 @@ struct ShadowView {
     layer: u32,
     /// Unit length.
     right: vec3<f32>,
-    /// Half the picture's width in the plane: tan of half the field of view; of parallel views [m].
+    /// Half the picture's width in the plane: tan of half the field of view; for parallel views [m].
     half_width: f32,
     /// Unit length.
     up: vec3<f32>,
     /// Distance of the near plane [m].
     near: f32,
-    /// Unit length, along which it looks.
+    /// Direction of view, unit length.
     forward: vec3<f32>,
-    /// 0: perspective. Above: parallel, so deep [m].
+    /// 0: perspective. Above 0: a parallel view of this depth [m].
     range: f32,
 }
 
 /// How maps are filtered.
 struct ShadowFilter {
-    /// Radius of the lights [m]; of parallel views tan of the light's angular radius. 0: PCF of `min_texels`.
+    /// Radius of the lights [m]; for parallel views tan of the light's angular radius. 0: PCF of `min_texels`.
     light_size: f32,
     /// The disc's least radius [texels].
     min_texels: f32,
@@ -45,13 +45,14 @@ struct ShadowFilter {
     normal_offset: f32,
 }
 
-/// A surface counts as no more slanted than this towards the light, as the cosine (3°).
+/// Lower bound of the cosine between a surface's normal and the light (3° above the surface).
 const MIN_FACING: f32 = 0.05;
 /// Points of the disc.
 const N_TAPS: u32 = 32u;
 /// The golden angle [rad]: H. Vogel, "A better way to construct the sunflower head", 1979.
 const GOLDEN_ANGLE: f32 = 2.3999632;
-/// Blockers are looked for as far out as those send penumbrae that stand at this share of the way.
+/// Blockers are searched for within the radius from which a blocker at this share of the distance can reach the point
+/// with its penumbra.
 const NEAREST_BLOCKER: f32 = 0.25;
 
 /// A point as a view sees it.
@@ -60,15 +61,15 @@ struct ShadowPoint {
     plane: vec2<f32>,
     /// [m]
     z: f32,
-    /// How the reversed depth of the surface's own plane changes with the coordinates.
+    /// Gradient of the reversed depth of the surface's own plane by the coordinates.
     gradient: vec2<f32>,
 }
 
 /// Where a view sees a point [m] of a surface with this normal (unit length, towards the light).
 ///
 /// Reversed depth is linear over a plane: with the ray r = forward + x·right + y·up through (x, y), near/z is
-/// near·(n·r)/(n·offset), and of parallel views z changes by −(n·right)/(n·forward). A wide filter that compared all of its disc with the
-/// point's own depth would find slanted surfaces before themselves.
+/// near·(n·r)/(n·offset), and for parallel views z changes by −(n·right)/(n·forward). A wide filter that compared its
+/// whole disc with the point's own depth would find that slanted surfaces shadow themselves.
 fn shadow_point(view: ShadowView, position: vec3<f32>, normal: vec3<f32>) -> ShadowPoint {
     let offset = position - view.position;
     let z = dot(offset, view.forward);
@@ -88,7 +89,7 @@ fn shadow_depth(view: ShadowView, z: f32) -> f32 {
     return select(view.near / z, 1.0 - (z - view.near) / view.range, view.range > 0.0);
 }
 
-/// Inverse of [`shadow_depth`]; `depth` above 0 where the view is a perspective.
+/// Inverse of [`shadow_depth`]; for perspective views `depth` must be above 0.
 fn distance_of_depth(view: ShadowView, depth: f32) -> f32 {
     return select(view.near / depth, view.near + (1.0 - depth) * view.range, view.range > 0.0);
 }
@@ -104,7 +105,7 @@ fn shadow_clip(view: ShadowView, position: vec3<f32>) -> vec4<f32> {
     return vec4<f32>(across, view.near, z);
 }
 
-/// Width of a texel where the point is [m]. `size`: texels along the map's side.
+/// Width of a texel at the point's distance [m]. `size`: texels along each side of the map.
 fn texel_width(view: ShadowView, z: f32, size: f32) -> f32 {
     return 2.0 * view.half_width / size * select(z, 1.0, view.range > 0.0);
 }
@@ -143,7 +144,7 @@ fn filtered_visibility(
     return sum / f32(N_TAPS);
 }
 
-/// Mean distance of what stands before the point within a disc of the plane [m]; 0 where nothing does.
+/// Mean distance of the blockers in front of the point, within a disc of the plane [m]; 0 if there are none.
 fn blocker_distance(
     maps: texture_depth_2d_array,
     view: ShadowView,
@@ -180,8 +181,8 @@ fn penumbra_radius(view: ShadowView, light_size: f32, blocker: f32, receiver: f3
 
 /// How much of the light a surface point gets, in [0, 1]; outside the map, all of it.
 ///
-/// `position` [m], `normal`: geometric, unit length, towards the light; `turn` [rad]: of the pattern, the same
-/// or another for each point.
+/// `position` [m], `normal`: geometric, unit length, towards the light; `turn` [rad]: rotation of the pattern, the same
+/// or different for each point.
 fn shadow_visibility(
     maps: texture_depth_2d_array,
     compare: sampler_comparison,

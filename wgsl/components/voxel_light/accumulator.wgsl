@@ -17,7 +17,7 @@ const STRATEGY_EXACT: u32 = 3u;
 
 /// Words before the first record.
 const HEAD_WORDS: u32 = 8u;
-/// Which word of the head counts samples that were NaN, infinite or negative.
+/// Word of the head that counts samples that were NaN, infinite or negative.
 const HEAD_REJECTED: u32 = 0u;
 /// Samples that were clamped to the largest value.
 const HEAD_CLAMPED: u32 = 1u;
@@ -30,5 +30,5 @@ const HEAD_CUT: u32 = 3u;
 const EXACT_WORDS: u32 = 8u;
 /// Within the record: the count.
 const EXACT_COUNT: u32 = 3u;
-/// Within the record: from a channel's low word to its high one.
+/// Within the record: offset from a channel's low word to its high one.
 const EXACT_HIGH: u32 = 4u;

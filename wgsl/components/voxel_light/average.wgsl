@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Averages of many samples in one place of memory: exact in integers, and packed in one word.
 //!
-//! **Exact.** A sample's channel becomes an integer q = round(value/quantum) < 2³², and 64-bit sums
-//! of q are kept as two words. Integer sums do not depend on the order of the samples, nor on how
-//! they are grouped, so the mean is the same to the last bit. n samples sum to at most
-//! n·QUANTA_MAX ≤ (2³²−1)(2³²−256) < 2⁶⁴: as long as the count fits its word the sum cannot overflow.
-//! Each rounding is off by half a quantum at most, and so is their mean: relative to a mean m, at
-//! most quantum/(2m); 1e-4 from m = 5000 quanta on, 1.2e-6 of the largest value.
+//! **Exact.** A sample's channel becomes an integer q = round(value/quantum) < 2³², and 64-bit sums of q are kept as
+//! two words. Integer sums do not depend on the order of the samples, nor on how they are grouped, so the mean is the
+//! same to the last bit. n samples sum to at most n·QUANTA_MAX ≤ (2³²−1)(2³²−256) < 2⁶⁴: as long as the count fits its
+//! word, the sum cannot overflow. The error of each rounding, and so of their mean, is at most half a quantum: relative
+//! to a mean m, at most quantum/(2m); 1e-4 from m = 5000 quanta on, 1.2e-6 of the largest value.
 //!
 //! **Packed.** C. Crassin, S. Green, "Octree-Based Sparse Voxelization Using the GPU Hardware
 //! Rasterizer", OpenGL Insights, 2012: a moving average of three 8-bit channels with the count in
 //! the fourth. The count stops at 255, and from then on steps below 255/2 eight-bit units are lost.
 //!
-//! Symbols: `quantum`: value of one integer step [unit of the samples], a power of two, so that
-//! scaling rounds nothing; `quanta_per_unit` = 1/quantum.
+//! Symbols: `quantum`: value of one integer step [unit of the samples], a power of two, so that scaling does not round;
+//! `quanta_per_unit` = 1/quantum.
 #define_import_path lucerna::components::voxel_light::average
 
 #import lucerna::math::float::all_finite
@@ -23,9 +22,9 @@ const QUANTA_MAX: f32 = 4294967040.0;
 /// Where the packed count stops.
 const PACKED_COUNT_MAX: u32 = 255u;
 
-/// What [`check_sample`] says.
+/// Results of [`check_sample`]: the sample can be added.
 const SAMPLE_FINE: u32 = 0u;
-/// A channel lies above the largest value and will be clamped.
+/// A channel is above the largest value and will be clamped.
 const SAMPLE_CLAMPED: u32 = 1u;
 /// A channel is NaN, infinite or negative: the sample must not be added.
 const SAMPLE_REJECTED: u32 = 2u;
@@ -36,7 +35,7 @@ struct WideSum {
     high: vec3<u32>,
 }
 
-/// Whether a sample may be added: SAMPLE_ constant. Any f32; −0 counts as 0. `quanta_per_unit`: above 0.
+/// Whether a sample may be added: a SAMPLE_ constant. Any f32; −0 counts as 0. `quanta_per_unit`: above 0.
 fn check_sample(value: vec3<f32>, quanta_per_unit: f32) -> u32 {
     if !all_finite(value) || any(value < vec3<f32>(0.0)) {
         return SAMPLE_REJECTED;
@@ -51,7 +50,7 @@ fn quantise(value: vec3<f32>, quanta_per_unit: f32) -> vec3<u32> {
     return vec3<u32>(round(min(value * quanta_per_unit, vec3<f32>(QUANTA_MAX))));
 }
 
-/// What wraps out of a 32-bit addition `old + added`: 0 or 1 for each channel.
+/// The carry of a 32-bit addition `old + added`: 0 or 1 for each channel.
 fn carry_of(old: vec3<u32>, added: vec3<u32>) -> vec3<u32> {
     return select(vec3<u32>(0u), vec3<u32>(1u), old + added < added);
 }
@@ -61,7 +60,7 @@ fn add_to_sum(sum: WideSum, quanta: vec3<u32>) -> WideSum {
     return WideSum(sum.low + quanta, sum.high + carry_of(sum.low, quanta));
 }
 
-/// The mean in the samples' unit; 0 where there are none.
+/// The mean in the samples' unit; 0 if there are none.
 ///
 /// Five roundings of 2⁻²⁴ and a division of 2.5 units in the last place: relative error below 6e-7.
 fn mean_of_sum(sum: WideSum, count: u32, quantum: f32) -> vec3<f32> {
@@ -72,7 +71,7 @@ fn mean_of_sum(sum: WideSum, count: u32, quantum: f32) -> vec3<f32> {
     return total / f32(count) * quantum;
 }
 
-/// A value in one word: 8 bits a channel (red lowest) and a count in the highest byte.
+/// A value in one word: 8 bits per channel (red lowest) and a count in the highest byte.
 ///
 /// `value_unorm`: clamped to 0..1; `count` ≤ 255.
 fn pack_average(value_unorm: vec3<f32>, count: u32) -> u32 {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A random point of a voxel's face, and the ray along the face's axis that finds what the cell holds behind it.
+//! A random point of a voxel's face, and the ray along the face's axis that finds the surface in the cell behind it.
 //!
-//! Spread evenly over the face, such rays meet a surface with a density of |cos| to the axis (see `cache`). Units: cells, from the
-//! grid's corner.
+//! Spread evenly over the face, such rays hit a surface with a density of |cos| to the axis (see `cache`). Units:
+//! cells, from the grid's corner.
 #define_import_path lucerna::components::voxel_light::face_point
 
 #import lucerna::components::voxels::grid::{face_axis, face_normal}
 
-/// Rays along the axis start so far before the face and end so far behind the opposite one [cells]:
-/// a surface on the border between two cells belongs to both.
+/// Rays along the axis start this far in front of the face and end this far behind the opposite one [cells], because a
+/// surface on the border between two cells belongs to both.
 const BORDER: f32 = 1e-3;
 
 /// Length of a ray from [`face_point`] through the whole cell [cells].
@@ -25,7 +25,8 @@ fn face_point(cell: vec3<f32>, face: u32, u: vec2<f32>) -> vec3<f32> {
     return cell + start;
 }
 
-/// How deep below the face a ray of [`face_point`] met a surface, in [−BORDER, 1 + BORDER] cells. `distance`: that it went [cells].
+/// How deep below the face a ray of [`face_point`] hit a surface, in [−BORDER, 1 + BORDER] cells. `distance`: length of
+/// the ray up to the hit [cells].
 fn depth_below_face(distance: f32) -> f32 {
     return distance - BORDER;
 }

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A voxel's word of where walls stand within it, and how look-ups keep before them, so that light is not read through walls.
+//! A voxel's word of where walls are within it, and how look-ups stay in front of them, so that light is not read
+//! through walls.
 //!
-//! From a point in a cell whose +X face is walled alone, everything towards −X lies behind that wall, and
-//! the light of cells there must not be mixed in. Where both faces of an axis are walled, a thin sheet
-//! stands within the cell: the point is on one side of it, and what the cell holds for its other
-//! faces is a mixture of both sides. (What makes a face walled: `walls`.)
+//! If only the +X face of a cell is walled, then for a point in it everything towards −X is behind that wall, and the
+//! light of cells there must not be mixed in. If both faces of an axis are walled, there is a thin sheet within the
+//! cell: the point is on one side of it, and what the cell stores for its other faces is a mixture of both sides. (When
+//! a face counts as walled: `walls`.)
 //!
-//! The word: bits 0–5, a bit a walled face (+X −X +Y −Y +Z −Z); then for each axis 6 bits of where within the cell
-//! the sheet's middle stands (in 1/63 of a cell).
+//! The word: bits 0–5, one bit per walled face (+X −X +Y −Y +Z −Z); then for each axis 6 bits for the position of the
+//! sheet's middle within the cell (in 1/63 of a cell).
 #define_import_path lucerna::components::voxel_light::wall_words
 
-/// What the other faces of a cell that a sheet divides count.
+/// Weight of the other faces of a cell that a sheet divides.
 const DIVIDED_WEIGHT: f32 = 0.01;
 
-/// An axis's bits of the word. `middle`: of the sheet, in [0, 1] cells; clamped.
+/// An axis's bits of the word. `middle`: that of the sheet, in [0, 1] cells; clamped.
 fn wall_bits(axis: u32, plus_walled: bool, minus_walled: bool, middle: f32) -> u32 {
     let place = u32(clamp(middle, 0.0, 1.0) * 63.0 + 0.5);
     return (select(0u, 1u, plus_walled) << (2u * axis))
@@ -26,10 +27,10 @@ fn walled_faces(walls: u32, axis: u32) -> u32 {
     return (walls >> (2u * axis)) & 3u;
 }
 
-/// Moves a look-up away from what stands behind the walls of the cell that its surface stands in.
+/// Moves a look-up away from what is behind the walls of its surface's cell.
 ///
-/// `walls`: of that cell. `at`: the surface point and `point`: where the grid is read, both in units
-/// of cells; `cell`: the surface's.
+/// `walls`: the word of that cell. `at`: the surface point and `point`: where the grid is read, both in units of cells;
+/// `cell`: the surface's.
 fn keep_before_walls(walls: u32, at: vec3<f32>, cell: vec3<f32>, point: vec3<f32>) -> vec3<f32> {
     var out = point;
     for (var axis = 0u; axis < 3u; axis++) {
@@ -38,7 +39,7 @@ fn keep_before_walls(walls: u32, at: vec3<f32>, cell: vec3<f32>, point: vec3<f32
         var high = low;
         var keep_above = walled == 1u;
         if walled == 3u {
-            // A sheet: only the next cell on the point's side knows that side alone.
+            // A sheet: only the next cell on the point's side has light of that side alone.
             let place = f32((walls >> (6u + 6u * axis)) & 63u) / 63.0;
             keep_above = at[axis] - cell[axis] >= place;
             low = cell[axis] + 1.0;
@@ -51,7 +52,7 @@ fn keep_before_walls(walls: u32, at: vec3<f32>, cell: vec3<f32>, point: vec3<f32
     return out;
 }
 
-/// What a tap's three faces count: less where a sheet across another axis divides the cell.
+/// Weights of a tap's three faces: less if a sheet across another axis divides the cell.
 fn undivided(walls: u32) -> vec3<f32> {
     let divided = vec3<f32>(
         select(1.0, DIVIDED_WEIGHT, walled_faces(walls, 0u) == 3u),
@@ -61,10 +62,10 @@ fn undivided(walls: u32) -> vec3<f32> {
     return min(divided.yzx, divided.zxy);
 }
 
-/// Whether a neighbouring cell lies before the walls of a cell. `offset`: −1, 0 or 1 an axis.
+/// Whether a neighbouring cell is in front of the walls of a cell. `offset`: −1, 0 or 1 per axis.
 fn is_before_walls(walls: u32, offset: vec3<i32>) -> bool {
     for (var axis = 0u; axis < 3u; axis++) {
-        // Behind a wall that looks to + lies what stands towards −.
+        // What is towards − is behind a wall that faces +.
         let barred = walled_faces(walls, axis);
         if (offset[axis] < 0 && (barred & 1u) != 0u) || (offset[axis] > 0 && (barred & 2u) != 0u) {
             return false;

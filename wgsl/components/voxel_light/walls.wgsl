@@ -1,27 +1,26 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where walls stand within a voxel, by what rays found of its faces.
+//! Where walls are within a voxel, from what rays found at its faces.
 //!
-//! A face of a voxel is *walled* if a surface that looks its way covers at least half of what is open of it
-//! (of a wall that stands on a floor, only the part above the floor shows), and looks along the axis: slanted and
-//! vaulted surfaces are no walls in this sense, for nothing tells which part of their cell lies behind. From a
-//! point in a cell whose +X face is walled alone, everything towards −X lies behind that wall, and
-//! the light of cells there must not be mixed in. Where both faces of an axis are walled, a thin sheet
-//! stands within the cell: the point is on one side of it, and what the cell holds for its other
-//! faces is a mixture of both sides.
+//! A face of a voxel is *walled* if a surface that faces its way covers at least half of its open part (of a wall on a
+//! floor, only the part above the floor is visible), and faces along the axis. Slanted and vaulted surfaces are not
+//! walls in this sense, because it is not known which part of their cell is behind them. If only the +X face of a cell
+//! is walled, then for a point in it everything towards −X is behind that wall, and the light of cells there must not
+//! be mixed in. If both faces of an axis are walled, there is a thin sheet within the cell: the point is on one side of
+//! it, and what the cell stores for its other faces is a mixture of both sides.
 //!
-//! What is marked is a voxel's word, which `wall_words` reads.
+//! The result is a voxel's word, which `wall_words` reads.
 #define_import_path lucerna::components::voxel_light::walls
 
 #import lucerna::components::voxel_light::cache::{FaceLight, hit_depth, is_lit, wall_coverage}
 #import lucerna::components::voxel_light::wall_words::wall_bits
 
-/// Covered that much of what is open, a face is walled.
+/// A face is walled if at least this share of its open part is covered.
 const MIN_COVERAGE: f32 = 0.5;
-/// Thinner than this share of a cell, an open part tells nothing.
+/// An open part smaller than this share of a cell says nothing.
 const MIN_OPEN_PART: f32 = 0.05;
 
-/// Which share of a cell is open along an axis, in [MIN_OPEN_PART, 1]: above a floor, under which all is dark, only what
-/// lies between it and the cell's face; a wall that stands on it can cover no more.
+/// Which share of a cell is open along an axis, in [MIN_OPEN_PART, 1]: above a floor, under which everything is dark,
+/// only the part between the floor and the cell's face; a wall on the floor cannot cover more.
 fn open_part(plus: FaceLight, minus: FaceLight) -> f32 {
     let plus_closes = is_lit(plus) && wall_coverage(plus) >= MIN_COVERAGE;
     let minus_closes = is_lit(minus) && wall_coverage(minus) >= MIN_COVERAGE;
@@ -31,8 +30,8 @@ fn open_part(plus: FaceLight, minus: FaceLight) -> f32 {
     return clamp(select(hit_depth(minus), hit_depth(plus), plus_closes), MIN_OPEN_PART, 1.0);
 }
 
-/// The word of one axis: `plus`, `minus`: the records of its two faces; `open`: which share of these faces is
-/// open, the product of the other axes' [`open_part`]s.
+/// The word of one axis. `plus`, `minus`: the records of its two faces; `open`: the open share of these faces, the
+/// product of the other axes' [`open_part`]s.
 fn walls_of_axis(axis: u32, plus: FaceLight, minus: FaceLight, open: f32) -> u32 {
     let plus_walled = wall_coverage(plus) >= MIN_COVERAGE * open;
     let minus_walled = wall_coverage(minus) >= MIN_COVERAGE * open;

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where the voxels of all levels, mips and faces stand in three volumes of texels.
+//! The layout of the voxels of all levels, mips and faces in three volumes of texels.
 //!
-//! A level is a grid of cubic cells around the eye (`lucerna::components::voxels::levels`); mip m of it has cells of 2^m
-//! of the level's, ⌈size/2^m⌉ along each axis, the last one of 1 × 1 × 1. What lies outside the grid is
-//! empty. Volume 0 holds all mips 0, volume 1 those of odd numbers, volume 2 the other even ones, so
-//! that no kernel writes the volume that it reads.
+//! A level is a grid of cubic cells around the eye (`lucerna::components::voxels::levels`); mip m of it has cells of
+//! 2^m of the level's, ⌈size/2^m⌉ along each axis, the last one of 1 × 1 × 1. Outside the grid it is empty. Volume 0
+//! holds all mips 0, volume 1 the odd mips, volume 2 the other even ones, so that no kernel writes the volume that it
+//! reads.
 //!
 //! Within its volume a mip has `n_faces` blocks behind each other along z, each with a border of one
 //! empty texel: trilinear filtering fades to nothing at the grid's border, and never mixes two blocks.
 //!
-//! A texel (`cone::medium`) of a face (+X −X +Y −Y +Z −Z) is what a viewer sees who looks at that face from
-//! outside; with one face it is the same from everywhere.
+//! A texel (`cone::medium`) of a face (+X −X +Y −Y +Z −Z) is what a viewer sees who looks at that face from outside;
+//! with one face it is the same from all sides.
 #define_import_path lucerna::components::voxel_pyramid::layout
 
-/// Levels there may be.
+/// The most levels.
 const MAX_PYRAMID_LEVELS: u32 = 6u;
-/// Mips of a level there may be: of 256 cells.
+/// The most mips of a level, for 256 cells.
 const MAX_MIPS: u32 = 9u;
 const MAX_ENTRIES: u32 = 54u;
-/// Over so many of a mip's cells a level fades into the next one at its border.
+/// Number of a mip's cells over which a level fades into the next one at its border.
 const FADE: f32 = 2.0;
 
 /// A level's cells.
@@ -53,18 +53,19 @@ struct PyramidLayout {
     /// 6, or 1: the same from all sides.
     n_faces: u32,
     volume_even: vec3<u32>,
-    /// 1: faces are weighed by the squares of the direction's components, as in the source. 0: by their
-    /// absolute values.
+    /// 1: faces are weighted by the squares of the direction's components, as in the source. 0: by their absolute
+    /// values.
     squared_weights: u32,
-    /// Bits of the largest irradiance that is in it [W·m⁻²]: texels hold light times [`radiance_scale`] of it. 0: as it is.
+    /// Bits of the largest irradiance in the pyramid [W·m⁻²]: texels hold light times its [`radiance_scale`]. 0: light
+    /// is not scaled.
     peak: u32,
     reserved_a: u32,
     reserved_b: u32,
     reserved_c: u32,
 }
 
-/// The power of two that light is kept times, in 16-bit floats: the largest irradiance comes to 2¹³ to 2¹⁴ (so τ·L is below
-/// 17 000), and what is 2²⁷ times less has all digits. `peak`: the bits of a float ≥ 0.
+/// The power of two by which light is scaled in 16-bit floats: the largest irradiance becomes 2¹³ to 2¹⁴ (so τ·L is
+/// below 17 000), and light that is 2²⁷ times weaker keeps all digits. `peak`: the bits of a float ≥ 0.
 fn radiance_scale(peak: u32) -> f32 {
     // 2^(13 − (e − 127)), e being the exponent's bits.
     let exponent = clamp(267 - i32(peak >> 23u), 1, 253);
@@ -83,7 +84,7 @@ struct VolumeSizes {
     even: vec3<u32>,
 }
 
-/// Of one of the volumes, 0, 1 or 2.
+/// The size of one of the volumes, 0, 1 or 2.
 fn size_of_volume(sizes: VolumeSizes, volume: u32) -> vec3<u32> {
     if volume == 0u {
         return sizes.base;
@@ -91,7 +92,7 @@ fn size_of_volume(sizes: VolumeSizes, volume: u32) -> vec3<u32> {
     return select(sizes.even, sizes.odd, volume == 1u);
 }
 
-/// Where a texel stands in a buffer that holds volume 0, then 1, then 2, each with x fastest, then y, then z.
+/// Index of a texel in a buffer that holds volume 0, then 1, then 2, each with x fastest, then y, then z.
 fn index_of_texel(sizes: VolumeSizes, volume: u32, place: vec3<u32>) -> u32 {
     let size = size_of_volume(sizes, volume);
     var first = 0u;
@@ -104,27 +105,27 @@ fn index_of_texel(sizes: VolumeSizes, volume: u32, place: vec3<u32>) -> u32 {
     return first + (place.z * size.y + place.y) * size.x + place.x;
 }
 
-/// The texel of a cell's face. The cell may be one outside the grid: there the border is empty.
+/// The texel of a cell's face. The cell may be outside the grid by one: there is the empty border.
 fn texel_of_cell(entry: PyramidMip, face: u32, cell: vec3<i32>) -> vec3<u32> {
     return vec3<u32>(vec3<i32>(entry.first) + cell) + vec3<u32>(0u, 0u, face * entry.stride);
 }
 
-/// Where a point lies in the texels of a face, for a filtered look-up. `point`: in cells of the mip. Farther
-/// away than the border's middle there is nothing but the border.
+/// Position of a point in the texels of a face, for a filtered look-up. `point`: in cells of the mip. Beyond the
+/// border's middle there is only the border.
 fn texels_of_point(entry: PyramidMip, face: u32, point: vec3<f32>) -> vec3<f32> {
     let inside = clamp(point, vec3<f32>(-0.5), vec3<f32>(entry.size) + 0.5);
     return vec3<f32>(entry.first) + vec3<f32>(0.0, 0.0, f32(face * entry.stride)) + inside;
 }
 
-/// How much each axis's face counts for a direction of unit length. In projected area a plane across an
-/// axis, crossed at any angle, hides what it hides head-on: |ω|. (With squares, the source's, it hides less at a
-/// slant; a medium that is alike in all directions is alike.)
+/// Weight of each axis's face for a direction of unit length. By projected area, |ω|, a plane across an axis hides as
+/// much at any angle as head-on. (With squares, as in the source, it hides less at a slant, but an isotropic medium
+/// stays isotropic.)
 fn direction_weights(layout_squared: u32, direction: vec3<f32>) -> vec3<f32> {
     return select(abs(direction), direction * direction, layout_squared != 0u);
 }
 
-/// How much a level counts for cells of mip `mip` at a point in units of its cells: 1 inside, 0 from half a
-/// cell within its border on.
+/// Weight of a level for cells of mip `mip` at a point in units of its cells: 1 inside, 0 from half a cell within its
+/// border on.
 fn pyramid_weight(level: PyramidLevel, mip: f32, point: vec3<f32>) -> f32 {
     let inside = min(point, vec3<f32>(level.size) - point);
     let least = min(inside.x, min(inside.y, inside.z)) * exp2(-mip);

@@ -1,26 +1,27 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How opaque a voxel's faces are where walls meet in it.
+//! The opacity of a voxel's faces if walls meet in it.
 //!
-//! Of a cell in which a floor ends at a wall, the floor covers only the part before the wall, and the wall the part above the
-//! floor; behind both lies what nobody can come to. Taken as shares of the whole cell, both would let light
-//! through the corner.
+//! In a cell in which a floor ends at a wall, the floor covers only the part in front of the wall, and the wall only
+//! the part above the floor; nothing can be seen behind both. As shares of the whole cell, both would let light through
+//! the corner.
 #define_import_path lucerna::components::voxel_pyramid::opacity
 
-/// Covered so much of what is open, a face is taken for one that ends at walls.
+/// If at least this share of its open part is covered, a face is assumed to end at walls.
 const CORNER_SHARE: f32 = 0.8;
-/// No depth counts as less.
+/// Lower bound of depths.
 const MIN_DEPTH: f32 = 0.05;
 
-/// The opacity of the face that each axis shows, in [0, 1].
+/// The opacity of the visible face of each axis, in [0, 1].
 ///
-/// `coverage`: of each axis's face, in [0, 1]; `depth`: how deep below it its surface lies, in [0, 1] cells; negative: that axis
-/// shows no face, or two. Closed are concave corners alone: there every face covers what the others leave open of it. On a convex
-/// edge it covers the rest; more than CORNER_SHARE⁻¹ of what is open, or less than CORNER_SHARE, keeps its coverage. (An edge through
-/// the middle of its cell, or a plane that slants through it so, cannot be told from a corner.)
+/// `coverage`: that of each axis's face, in [0, 1]; `depth`: how deep below the face its surface is, in [0, 1] cells;
+/// negative: the axis shows no face, or two. Only concave corners are closed: there every face covers what the others
+/// leave open of it. On a convex edge it covers the rest; a face that covers more than CORNER_SHARE⁻¹ of its open part,
+/// or less than CORNER_SHARE, keeps its coverage. (An edge through the middle of its cell, or a plane that slants
+/// through it in this way, cannot be distinguished from a corner.)
 fn corner_opacity(coverage: vec3<f32>, depth: vec3<f32>) -> vec3<f32> {
     let shown = depth >= vec3<f32>(0.0);
     let open = select(vec3<f32>(1.0), max(depth, vec3<f32>(MIN_DEPTH)), shown);
-    // Of a face, what the walls of the other two axes leave open.
+    // The part of each face that the walls of the other two axes leave open.
     let before_walls = open.yzx * open.zxy;
     let covers = (coverage >= CORNER_SHARE * before_walls) & (CORNER_SHARE * coverage <= before_walls);
     let n_shown = countOneBits(u32(shown.x) | (u32(shown.y) << 1u) | (u32(shown.z) << 2u));
@@ -32,8 +33,8 @@ fn corner_opacity(coverage: vec3<f32>, depth: vec3<f32>) -> vec3<f32> {
 
 /// The opacity of a voxel's six faces (+X −X +Y −Y +Z −Z): their coverage, closed where walls meet.
 ///
-/// `coverage`: of each, in [0, 1]; `depth`: how deep below it its surface lies, in [0, 1] cells; negative: no front is seen there. An axis
-/// that shows both its faces holds a sheet or a slab, and closes nothing.
+/// `coverage`: that of each face, in [0, 1]; `depth`: how deep below it its surface is, in [0, 1] cells; negative: no
+/// front is visible there. An axis that shows both its faces has a sheet or a slab, and closes nothing.
 fn opacity_of_faces(coverage: array<f32, 6>, depth: array<f32, 6>) -> array<f32, 6> {
     var out = coverage;
     var depths = depth;

@@ -13,8 +13,8 @@ fn over(front: vec4<f32>, back: vec4<f32>) -> vec4<f32> {
     return front + (1.0 - front.a) * back;
 }
 
-/// Child `column` (0 to 3), `depth` (0 the front, 1 the back) for a face 0 to 5 (+X −X +Y −Y +Z −Z) from
-/// which it is seen: its offset within the parent, 0 or 1 an axis.
+/// Child `column` (0 to 3), `depth` (0 the front, 1 the back) for a face 0 to 5 (+X −X +Y −Y +Z −Z) from which it is
+/// seen: its offset within the parent, 0 or 1 per axis.
 fn child_offset(face: u32, column: u32, depth: u32) -> vec3<u32> {
     let axis = face >> 1u;
     var offset = vec3<u32>(0u);
@@ -30,7 +30,7 @@ fn add_column(sum: vec4<f32>, front: vec4<f32>, back: vec4<f32>) -> vec4<f32> {
     return sum + over(premultiplied(front), premultiplied(back));
 }
 
-/// The parent's texel of the sum over its four columns.
+/// The parent's texel, from the sum over its four columns.
 fn parent_of_columns(sum: vec4<f32>) -> vec4<f32> {
     return texel_of_premultiplied(0.25 * sum);
 }

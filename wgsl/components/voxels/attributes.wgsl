@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a voxel's face looks like: the record that is kept, and the sums that it is made from.
+//! What a voxel's face looks like: its record, and the sums from which the record is made.
 //!
 //! A record is 16 bytes:
 //!
@@ -13,14 +13,13 @@
 //! | w | 0–15 | coverage, unorm: how much of the cell's face the surfaces hide, seen along its axis |
 //! | w | 16–31 | agreement, unorm: length of the mean normal; 1: all surfaces look the same way |
 //!
-//! All zeros: no surface looks to either side of that axis.
+//! All zeros: no surface faces either side of that axis.
 //!
-//! Each triangle adds whole numbers to 64-bit sums (pairs of u32, low word first), so the order of
-//! adding changes nothing. A triangle adds to a record at most once: the weight is its area in the
-//! cell, projected on the face, in units of 2⁻¹⁸ of the face; no plane cuts more than √2 out of a
-//! unit cube, so a weight is below 2¹⁹. It is multiplied by at most 2¹⁸ (the others are below 2¹²),
-//! and fewer than 2²⁷ triangles of 48 bytes fit a buffer, for its size is below 2³² bytes:
-//! 2¹⁹ · 2¹⁸ · 2²⁷ = 2⁶⁴, so no sum overflows.
+//! Each triangle adds integers to 64-bit sums (pairs of u32, low word first), so the order of additions does not
+//! matter. A triangle adds to a record at most once: the weight is its area in the cell, projected on the face, in
+//! units of 2⁻¹⁸ of the face; no plane cuts more than √2 out of a unit cube, so a weight is below 2¹⁹. It is multiplied
+//! by at most 2¹⁸ (the others are below 2¹²), and fewer than 2²⁷ triangles of 48 bytes fit a buffer, because its size
+//! is below 2³² bytes: 2¹⁹ · 2¹⁸ · 2²⁷ = 2⁶⁴, so no sum overflows.
 #define_import_path lucerna::components::voxels::attributes
 
 #import lucerna::math::octahedral::{pack_direction, unpack_direction}
@@ -36,13 +35,13 @@ const NORMAL_SCALE: f32 = 2047.0;
 /// Steps of emission from 0 to the scene's brightest.
 const EMISSION_SCALE: f32 = 262143.0;
 
-/// The bit of a record that says that there is something to see.
+/// Bit of a record: there is something to see.
 const RECORD_VALID: u32 = 0x40000000u;
 
-/// The bit of a record that says that only backs are seen.
+/// Bit of a record: only backs are visible.
 const RECORD_BACK: u32 = 0x80000000u;
 
-/// Which sum.
+/// Index of the sum of weights.
 const SUM_WEIGHT: u32 = 0u;
 /// Three: albedo × weight.
 const SUM_ALBEDO: u32 = 1u;
@@ -50,14 +49,15 @@ const SUM_ALBEDO: u32 = 1u;
 const SUM_NORMAL: u32 = 4u;
 /// Three: emission × weight.
 const SUM_EMISSION: u32 = 7u;
-/// Weights of all surfaces, whichever side they show.
+/// Weights of all surfaces, on either side.
 const SUM_COVERAGE: u32 = 10u;
-/// Sums that a surface adds to a face that it shows itself on: all but the coverage, which counts on both sides.
+/// Number of sums that a surface adds to the face on which it is visible: all but the coverage, which counts on both
+/// sides.
 const N_SURFACE_SUMS: u32 = 10u;
 /// Sums of a record, of two words each.
 const N_SUMS: u32 = 11u;
 
-/// The slots that the sums in memory are of, and how emission is scaled in them.
+/// The slots whose sums are in memory, and the scale of emission in them.
 struct SlotRange {
     first: u32,
     n: u32,
@@ -91,17 +91,17 @@ fn encode_face(face: VoxelFace) -> vec4<u32> {
     );
 }
 
-/// Whether a surface looks to either side of the record's axis.
+/// Whether a surface faces either side of the record's axis.
 fn record_is_valid(record: vec4<u32>) -> bool {
     return (record.x & RECORD_VALID) != 0u;
 }
 
-/// Whether no surface looks to the record's side: what is seen are backs of single-sided ones.
+/// Whether no surface faces the record's side, so that only backs of single-sided ones are visible.
 fn record_is_back(record: vec4<u32>) -> bool {
     return (record.x & RECORD_BACK) != 0u;
 }
 
-/// The face of a record; of one that is not valid coverage and albedo are 0.
+/// The face of a record; if it is not valid, coverage and albedo are 0.
 fn decode_face(record: vec4<u32>) -> VoxelFace {
     let albedo = (vec3<u32>(record.x) >> vec3<u32>(0u, 10u, 20u)) & vec3<u32>(0x3ffu);
     let shares = unpack2x16unorm(record.w);
@@ -130,21 +130,22 @@ fn quantize_normal(normal: vec3<f32>) -> vec3<u32> {
     return vec3<u32>((bounded + 1.0) * NORMAL_SCALE + 0.5);
 }
 
-/// Emission in steps; `brightest`: of the scene's materials, 0 where none shines.
+/// Emission in steps; `brightest`: the largest of the scene's materials, 0 if none emits light.
 fn quantize_emission(emission: vec3<f32>, brightest: f32) -> vec3<u32> {
     let share = select(vec3<f32>(0.0), emission / brightest, brightest > 0.0);
     return vec3<u32>(clamp(share, vec3<f32>(0.0), vec3<f32>(1.0)) * EMISSION_SCALE + 0.5);
 }
 
-/// Weight of a part of a triangle in a voxel with one value. `area`: the part's area vector [cells²]. What only touches counts with the
-/// least weight, 1.
+/// Weight of a part of a triangle in a voxel with one value. `area`: the part's area vector [cells²]. A part that only
+/// touches has the smallest weight, 1.
 fn weight_of_part(area: vec3<f32>) -> u32 {
     return max(weight_of_area(length(area)), 1u);
 }
 
-/// Weights of a part of a triangle in the faces of each axis that it looks to (or, with the other side, away from): its area, projected on
-/// them. `area`: the part's area vector [cells²]; `normal`: the triangle's, unit length. What only touches counts with the least weight, 1,
-/// along the axes where the normal is longest; elsewhere 0 is nothing to add.
+/// Weights of a part of a triangle in the face of each axis that it faces (or, for its other side, faces away from):
+/// its area, projected onto them. `area`: the part's area vector [cells²]; `normal`: the triangle's, unit length. A
+/// part that only touches has the smallest weight, 1, along the axes where the normal is longest; otherwise 0 means
+/// that there is nothing to add.
 fn weights_of_part(area: vec3<f32>, normal: vec3<f32>) -> vec3<u32> {
     let projected = abs(area);
     let looks = abs(normal);
@@ -165,10 +166,11 @@ fn weigh_emission(weight: u32, steps: u32) -> vec2<u32> {
     return vec2<u32>(low, (upper >> 23u) + select(0u, 1u, low < lower));
 }
 
-/// What a surface adds to the first N_SURFACE_SUMS sums of a face, by SUM_ constants, as 64-bit numbers (low, high).
+/// The numbers that a surface adds to the first N_SURFACE_SUMS sums of a face, by SUM_ constants, as 64-bit numbers
+/// (low, high).
 ///
-/// `albedo`: in [0, 1]; `normal`: unit length, of the side that the surface shows there; `emission` [W·sr⁻¹·m⁻²], at most `brightest`;
-/// `weight`: of [`weight_of_part`] or [`weights_of_part`].
+/// `albedo`: in [0, 1]; `normal`: unit length, of the surface's visible side; `emission` [W·sr⁻¹·m⁻²], at most
+/// `brightest`; `weight`: from [`weight_of_part`] or [`weights_of_part`].
 fn sums_of_surface(
     weight: u32,
     albedo: vec3<f32>,
@@ -189,17 +191,17 @@ fn sums_of_surface(
     return out;
 }
 
-/// A 64-bit number (low, high) as f32, good to 1e-7 of itself.
+/// A 64-bit number (low, high) as f32, with a relative error of at most 1e-7.
 fn float_of_sum(sum: vec2<u32>) -> f32 {
     return f32(sum.y) * 4294967296.0 + f32(sum.x);
 }
 
-/// The face of its sums, as f32 and by SUM_ constants.
+/// The face that follows from its sums, as f32 and by SUM_ constants.
 ///
-/// Without any weight, the face shows the back of what is seen from the other side: `other` are the
-/// opposite face's sums, whose albedo it takes, and whose normal turned around; emission is none.
-/// (One sheet of cloth reflects on both sides.) The coverage is its own. Where neither has a weight,
-/// everything is 0, the normal too: such a face is not to be encoded.
+/// A face without any weight shows the back of what is visible from the other side: `other` are the opposite face's
+/// sums, from which it takes the albedo and the reversed normal, without emission. (One sheet of cloth reflects on both
+/// sides.) The coverage is its own. If neither has a weight, everything is 0, including the normal: such a face must
+/// not be encoded.
 fn face_of_sums(
     sums: array<f32, N_SUMS>,
     other: array<f32, N_SUMS>,

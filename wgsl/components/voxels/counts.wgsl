@@ -7,18 +7,18 @@
 struct VoxelCounts {
     /// Voxels that have a slot.
     n_voxels: u32,
-    /// Occupied cells that found no room; they are not in the structure.
+    /// Occupied cells for which there was no room; they are not in the structure.
     n_overflow: u32,
     /// n_voxels · n_faces
     n_records: u32,
     reserved_a: u32,
-    /// An invocation a voxel. At byte 16.
+    /// Dispatch of one invocation per voxel. At byte 16.
     voxel_groups: vec3<u32>,
     reserved_b: u32,
-    /// An invocation a record (voxel and face). At byte 32.
+    /// Dispatch of one invocation per record (voxel and face). At byte 32.
     record_groups: vec3<u32>,
     reserved_c: u32,
 }
 
-/// Invocations of the workgroups that the two are for.
+/// Invocations per workgroup of the two dispatches.
 const COUNTED_WORKGROUP: u32 = 64u;

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Nested grids around the eye: each level has cells twice as large as the one before.
 //!
-//! F. Losasso, H. Hoppe, "Geometry Clipmaps", SIGGRAPH 2004, in three dimensions (C. Crassin et al.,
-//! "Interactive Indirect Illumination Using Voxel Cone Tracing", 2011, and its successors). One grid
-//! alone is a clip map of one level.
+//! F. Losasso, H. Hoppe, "Geometry Clipmaps", SIGGRAPH 2004, in three dimensions (C. Crassin et al., "Interactive
+//! Indirect Illumination Using Voxel Cone Tracing", 2011, and its successors). A single grid is a clip map of one
+//! level.
 #define_import_path lucerna::components::voxels::levels
 
 #import lucerna::components::voxels::grid::VoxelGrid
 
-/// As many levels as there may be.
+/// The most levels.
 const MAX_LEVELS: u32 = 6u;
 /// The outermost cells of a level, over which it fades into the next.
 const FADE_CELLS: f32 = 4.0;
 
-/// A level and where its data stand in the buffers that all levels share.
+/// A level, and where its data are in the buffers that all levels share.
 struct VoxelLevel {
     grid: VoxelGrid,
     /// Index of the level's first brick.
@@ -33,8 +33,8 @@ struct VoxelLevels {
     reserved_c: u32,
 }
 
-/// How much a level counts at a point in its grid's units: 1 inside, falling to 0 half a cell within
-/// its border (beyond which taps would lie outside).
+/// Weight of a level at a point in its grid's units: 1 inside, falling to 0 half a cell within its border (beyond which
+/// taps would be outside).
 fn level_weight(grid: VoxelGrid, point: vec3<f32>) -> f32 {
     let inside = min(point, vec3<f32>(grid.size) - point) - 0.5;
     return clamp(min(inside.x, min(inside.y, inside.z)) / FADE_CELLS, 0.0, 1.0);

@@ -9,7 +9,7 @@
 /// The eight cells around a point: `base` + 0 or 1 along each axis.
 struct Taps {
     base: vec3<i32>,
-    /// Where the point lies between the two centres of each axis, in [0, 1).
+    /// Position of the point between the two centres of each axis, in [0, 1).
     fraction: vec3<f32>,
 }
 
@@ -33,15 +33,15 @@ fn tap_weight(taps: Taps, ix: u32) -> f32 {
     return weight.x * weight.y * weight.z;
 }
 
-/// How much of each axis's face counts for a surface with this unit normal; they sum to 1. In a grid
-/// with one value a cell (`n_faces` 1), that value counts alone.
+/// Weight of each axis's face for a surface with this unit normal; they sum to 1. In a grid with one value per cell
+/// (`n_faces` 1), only that value counts.
 fn face_weights(n_faces: u32, normal: vec3<f32>) -> vec3<f32> {
     return select(normal * normal, vec3<f32>(1.0, 0.0, 0.0), n_faces == 1u);
 }
 
-/// A weighted sum of what records hold.
+/// A weighted sum of records' values.
 struct LightSum {
-    /// Of irradiances [W·m⁻²].
+    /// Sum of irradiances [W·m⁻²].
     irradiance: vec3<f32>,
     weight: f32,
 }

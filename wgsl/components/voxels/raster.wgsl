@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Triangles of a grid on a picture: a pixel is a column of cells along an axis.
+//! Triangles of a grid in a picture: a pixel is a column of cells along an axis.
 //!
 //! For the voxelizers that let the rasteriser find the columns: three pictures, one along each axis
 //! (A. Kaufman, E. Shimony, "3D Scan-Conversion Algorithms for Voxel-Based Graphics", I3D 1986, in
@@ -10,7 +10,7 @@
 #import lucerna::components::voxels::grid::VoxelGrid
 #import lucerna::components::voxels::work::{Columns, GridTriangle, columns_of_triangle, sides_of_axis}
 
-/// The axis that stands for each triangle's own.
+/// The value that means each triangle's own dominant axis.
 const AXIS_DOMINANT: u32 = 3u;
 
 /// Along which axis a triangle is seen. `axis`: 0, 1, 2 or AXIS_DOMINANT.
@@ -21,8 +21,8 @@ fn axis_of_view(grid: VoxelGrid, t: GridTriangle, axis: u32) -> u32 {
     return columns_of_triangle(grid, t).axis;
 }
 
-/// Where a column stands in a picture of `side` × `side` pixels, in clip space. `point`: along the
-/// two other axes, in cells.
+/// Position of a column in a picture of `side` × `side` pixels, in clip space. `point`: along the two other axes, in
+/// cells.
 fn clip_from_columns(point: vec2<f32>, side: f32) -> vec4<f32> {
     // Rows of the picture run down.
     return vec4<f32>(point.x / side * 2.0 - 1.0, 1.0 - point.y / side * 2.0, 0.5, 1.0);

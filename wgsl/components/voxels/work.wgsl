@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which cells a triangle meets, cut into pieces of work of about the same size.
+//! Which cells a triangle intersects, cut into pieces of work of about the same size.
 //!
-//! A triangle is looked at along its dominant axis, where its normal is longest. The cells of its
-//! box form columns along that axis, and in a column it meets few cells, because its slope is at
-//! most 1 along either side (M. Schwarz, H.-P. Seidel, "Fast Parallel Surface and Solid Voxelization
-//! on GPUs", ACM TOG 29(6), 2010). COLUMNS columns are one piece of work, so a wall does not wait
-//! for one invocation. What decides about a cell is `geometry::triangle_box` alone; the columns only
-//! leave out cells that it would refuse.
+//! A triangle is viewed along its dominant axis, where its normal is longest. The cells of its box form columns along
+//! that axis, and in a column it intersects few cells, because its slope is at most 1 along either side (M. Schwarz,
+//! H.-P. Seidel, "Fast Parallel Surface and Solid Voxelization on GPUs", ACM TOG 29(6), 2010). COLUMNS columns are one
+//! piece of work, so that a large wall is not left to one invocation. Only `geometry::triangle_box` decides about a
+//! cell; the columns only skip cells that it would reject.
 //!
-//! Rule of borders: a cell is closed, so a triangle that lies on a border, or touches it, meets the
-//! cells on both sides.
+//! Borders: a cell is closed, so a triangle that lies on a border, or touches it, intersects the cells on both sides.
 #define_import_path lucerna::components::voxels::work
 
 #import lucerna::geometry::triangle_box::triangle_overlaps_box
@@ -17,8 +15,8 @@
 
 /// Columns of a piece of work.
 const COLUMNS: u32 = 16u;
-/// Triangles that reach farther from the grid's corner [cells] are left out: f32 no longer knows in
-/// which cell their corners are, and farther on its range ends where the test multiplies lengths.
+/// Triangles that reach farther than this from the grid's corner [cells] are left out: f32 cannot tell which cell their
+/// corners are in, and still farther away the products of lengths in the test exceed its range.
 const FARTHEST: f32 = 1.6e7;
 
 /// A triangle in units of cells from the grid's corner.
@@ -30,12 +28,12 @@ struct GridTriangle {
 
 /// The part of the grid around a triangle, as columns.
 struct Columns {
-    /// First cell, and one past the last; all 0 where the triangle is outside.
+    /// First cell, and one past the last; all 0 if the triangle is outside.
     first: vec3<u32>,
     end: vec3<u32>,
-    /// 0, 1, 2: along which the columns run.
+    /// Axis of the columns: 0, 1, 2.
     axis: u32,
-    /// How many columns.
+    /// Number of columns.
     n: u32,
     /// cross(b − a, c − a)
     normal: vec3<f32>,
@@ -81,13 +79,13 @@ fn sides_of_axis(axis: u32) -> vec2<u32> {
     return vec2<u32>(select(0u, 1u, axis == 0u), select(2u, 1u, axis == 2u));
 }
 
-/// Pieces of work of a triangle.
+/// Number of pieces of work of a triangle.
 fn n_work_of_columns(columns: Columns) -> u32 {
     return (columns.n + COLUMNS - 1u) / COLUMNS;
 }
 
-/// The first cell of a column (`ix` below `columns.n`) that the triangle may meet in xyz, and in w
-/// one past the last along the column's axis.
+/// In xyz, the first cell of a column (`ix` below `columns.n`) that the triangle may intersect, and in w one past the
+/// last along the column's axis.
 fn cells_of_column(t: GridTriangle, columns: Columns, ix: u32) -> vec4<u32> {
     let side = sides_of_axis(columns.axis);
     let width = columns.end[side.x] - columns.first[side.x];
@@ -104,8 +102,8 @@ fn cells_of_column(t: GridTriangle, columns: Columns, ix: u32) -> vec4<u32> {
         let middle = vec2<f32>(f32(cell[side.x]), f32(cell[side.y])) + 0.5;
         let offset = middle - vec2<f32>(t.a[side.x], t.a[side.y]);
         let depth = t.a[columns.axis] - dot(slope, offset);
-        // A normal from edges of length L is wrong by some roundings (6e-8) of L²; that tilts the
-        // plane by as much over the normal's length, and moves it by that times the distance.
+        // The error of a normal from edges of length L is some roundings (6e-8) of L²; that tilts the plane by this
+        // over the normal's length, and moves it by that times the distance.
         let longest = max(
             dot(t.b - t.a, t.b - t.a),
             max(dot(t.c - t.a, t.c - t.a), dot(t.c - t.b, t.c - t.b)),
@@ -116,14 +114,14 @@ fn cells_of_column(t: GridTriangle, columns: Columns, ix: u32) -> vec4<u32> {
         let reach = 0.5 * (abs(slope.x) + abs(slope.y)) + slack;
         let low = f32(cell[columns.axis]);
         let high = f32(end);
-        // Where the slack is infinite, the clamp keeps the whole column.
+        // If the slack is infinite, the clamp keeps the whole column.
         cell[columns.axis] = u32(clamp(ceil(depth - reach) - 1.0, low, high));
         end = u32(clamp(floor(depth + reach) + 1.0, low, high));
     }
     return vec4<u32>(cell, end);
 }
 
-/// Whether the triangle meets a cell, borders included.
+/// Whether the triangle intersects a cell, borders included.
 fn triangle_meets_cell(t: GridTriangle, cell: vec3<u32>) -> bool {
     return triangle_overlaps_box(t.a, t.b, t.c, vec3<f32>(cell) + 0.5, vec3<f32>(0.5));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Puts a frame's light together and adds it to the sums over frames.
+//! Adds up a frame's light and adds it to the sums over frames.
 //!
 //! beauty = emitted + direct + indirect.
 //!
@@ -13,19 +13,19 @@
 
 const WORKGROUP: u32 = 8u;
 
-/// Which rows this dispatch adds, and whether sums begin anew.
+/// Which rows this dispatch adds, and whether the sums start again.
 struct CompositeInfo {
-    /// First row of the picture whose sums stand in `sums`.
+    /// First row of the picture whose sums are in `sums`.
     first_row: u32,
     n_rows: u32,
-    /// 1: `sums` hold nothing yet.
+    /// 1: the sums start again from zero.
     is_first: u32,
     /// 1: `indirect` is read; 0: there is none.
     has_indirect: u32,
 }
 
 @group(1) @binding(0) var<uniform> info: CompositeInfo;
-/// rgb: radiance [W·sr⁻¹·m⁻²], as all below.
+/// rgb: radiance [W·sr⁻¹·m⁻²], as in all bindings below.
 @group(1) @binding(1) var direct: texture_2d<f32>;
 /// a: ambient occlusion, as openness.
 @group(1) @binding(2) var indirect: texture_2d<f32>;

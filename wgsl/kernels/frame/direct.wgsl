@@ -11,11 +11,11 @@
 
 const WORKGROUP: u32 = 8u;
 
-/// Pixels of all frames.
+/// Numbers of pixels, over all frames.
 struct DirectFaults {
-    /// Whose light was not finite and was replaced by 0.
+    /// Pixels whose light was not finite and was replaced by 0.
     n_rejected: atomic<u32>,
-    /// Whose light is wrong, for the driver ended loops early (`math::loops`).
+    /// Pixels whose light is wrong because the driver ended loops early (`math::loops`).
     n_cut: atomic<u32>,
 }
 

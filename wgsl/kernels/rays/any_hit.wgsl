@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Whether each of many rays meets anything.
+//! Whether each of many rays hits anything.
 //!
 //! Dispatch: ceil(n/64) × 1 × 1. Workgroup memory: none.
 
@@ -8,7 +8,7 @@
 #import lucerna::math::loops::loops_run
 
 const WORKGROUP: u32 = 64u;
-/// The ray takes more steps than the driver lets a loop take (`math::loops`).
+/// The ray takes more steps than the driver allows in a loop (`math::loops`).
 const ANY_HIT_UNKNOWN: u32 = 2u;
 
 struct BatchInfo {
@@ -29,6 +29,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let is_blocked = any_hit(rays[ix]);
-    // (No dispatch begins beyond ray 2³¹.)
+    // (No dispatch starts beyond ray 2³¹.)
     blocked[ix] = select(ANY_HIT_UNKNOWN, u32(is_blocked), loops_run(batch.first >> 31u));
 }

@@ -8,7 +8,7 @@
 #import lucerna::math::loops::loops_run
 
 const WORKGROUP: u32 = 64u;
-/// `triangle` of a ray that takes more steps than the driver lets a loop take (`math::loops`).
+/// `triangle` of a ray that takes more steps than the driver allows in a loop (`math::loops`).
 const NEAREST_HIT_UNKNOWN: u32 = 0xfffffffeu;
 
 struct BatchInfo {
@@ -28,7 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     var hit = nearest_hit(rays[ix]);
-    // (No dispatch begins beyond ray 2³¹.)
+    // (No dispatch starts beyond ray 2³¹.)
     if !loops_run(batch.first >> 31u) {
         hit.triangle = NEAREST_HIT_UNKNOWN;
     }

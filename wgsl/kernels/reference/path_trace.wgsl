@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The reference path tracer over a stripe of the picture.
 //!
-//! Dispatch: ceil(width · n_lanes/8) × ceil(rows/8) × 1. Workgroup memory: none. Each invocation owns one
-//! lane of one pixel in `sums`, so results do not depend on the order of work: the same input gives the same
-//! bytes however the picture and the samples are cut into dispatches.
+//! Dispatch: ceil(width · n_lanes/8) × ceil(rows/8) × 1. Workgroup memory: none. Each invocation owns one lane of one
+//! pixel in `sums`, so results do not depend on the order of work: the same input gives the same bytes for any division
+//! of the picture and the samples into dispatches.
 //!
-//! Where the driver ends loops early (`math::loops`) a pixel stops before, keeps its path in `paths`, and is counted in
-//! `progress`: dispatch again with `continues` until `n_unfinished` stays 0.
+//! If the driver ends loops early (`math::loops`), a pixel stops before that, keeps its path in `paths`, and is counted
+//! in `progress`: dispatch again with `continues` until `n_unfinished` stays 0.
 
 #import lucerna::camera::primary_ray::Camera
 #import lucerna::frame::pixel_sums::PixelSums
@@ -16,29 +16,29 @@ const WORKGROUP: u32 = 8u;
 
 /// Which rows this dispatch renders.
 struct StripeInfo {
-    /// First row of the picture whose sums stand in `sums`.
+    /// First row of the picture whose sums are in `sums`.
     first_stripe_row: u32,
     /// First row to render.
     first_row: u32,
     n_rows: u32,
-    /// 1: takes up what the dispatch before has left in `paths`; 0: begins.
+    /// 1: continues what the previous dispatch left in `paths`; 0: starts.
     continues: u32,
 }
 
-/// What dispatches report.
+/// The report of dispatches.
 struct PathProgress {
     /// Pixels of all dispatches that stopped before the end of their samples; the host clears it.
     n_unfinished: atomic<u32>,
-    /// Samples that were given up: a single step of theirs takes more loops than the driver runs.
+    /// Samples that were abandoned because a single step takes more loop iterations than the driver runs.
     n_cut: atomic<u32>,
 }
 
 @group(1) @binding(0) var<uniform> camera: Camera;
 @group(1) @binding(1) var<uniform> settings: PathSettings;
 @group(1) @binding(2) var<uniform> stripe: StripeInfo;
-/// Row by row, the lanes of a pixel beside each other, as in `paths`.
+/// Row by row, the lanes of a pixel next to each other, as in `paths`.
 @group(1) @binding(3) var<storage, read_write> sums: array<PixelSums>;
-/// Of the pixels of this dispatch.
+/// The state of the pixels of this dispatch.
 @group(1) @binding(4) var<storage, read_write> paths: array<Path>;
 @group(1) @binding(5) var<storage, read_write> progress: PathProgress;
 

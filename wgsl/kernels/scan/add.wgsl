@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Adds to each number of a block the sum of all blocks before it: the way down of a scan.
+//! Adds to each number of a block the sum of all blocks before it: the downward pass of a scan.
 //!
 //! Dispatch: `math/dispatch` of ceil(n/256). Workgroup memory: none.
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Exclusive prefix sums within blocks of 4096 numbers, in place, and the sum of each block.
 //!
-//! One level of a scan: the blocks' sums are scanned by the same kernel, and `scan/add` brings them
-//! down again. W. Hillis, G. Steele, "Data Parallel Algorithms", CACM 29(12), 1986. Sums stop at
-//! 2³² − 1.
+//! One level of a scan: the same kernel scans the blocks' sums, and `scan/add` adds them back to
+//! the numbers. W. Hillis, G. Steele, "Data Parallel Algorithms", CACM 29(12), 1986. Sums saturate
+//! at 2³² − 1.
 //!
 //! Dispatch: `math/dispatch` of ceil(n/4096). Workgroup memory: 1024 bytes.
 
@@ -11,14 +11,14 @@
 #import lucerna::math::saturating::add_saturating
 
 const WORKGROUP: u32 = 256u;
-/// Numbers of an invocation.
+/// Numbers per invocation.
 const RUN: u32 = 16u;
-/// Numbers of a workgroup.
+/// Numbers per workgroup.
 const BLOCK: u32 = 4096u;
 const_assert BLOCK == WORKGROUP * RUN;
 
 struct ScanInfo {
-    /// How many numbers.
+    /// Count of numbers.
     n: u32,
     /// ceil(n / BLOCK)
     n_blocks: u32,
@@ -26,7 +26,7 @@ struct ScanInfo {
 
 @group(1) @binding(0) var<uniform> info: ScanInfo;
 @group(1) @binding(1) var<storage, read_write> numbers: array<u32>;
-/// One a block.
+/// One per block.
 @group(1) @binding(2) var<storage, read_write> sums: array<u32>;
 
 var<workgroup> partial: array<u32, 256>;

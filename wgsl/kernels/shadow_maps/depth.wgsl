@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Draws what a light sees into a layer of the shadow maps: depths alone.
+//! Draws what a light sees into a layer of the shadow maps: only depths.
 //!
-//! Draw: 3·n triangles' vertices, one instance, no vertex buffers, no culling, depth test `greater` with writes and a bias
-//! by slope (negative: away from the light, for depth is reversed). Where a material's mask cuts a part away, light passes.
+//! Draw: 3·n triangles' vertices, one instance, no vertex buffers, no culling, depth test `greater` with writes and a
+//! bias by slope (negative: away from the light, because depth is reversed). Light passes where a material's mask
+//! removes a part.
 
 #import lucerna::scene::triangles::{triangle_corners, triangle_is_masked}
 #import lucerna::scene::surface::is_cut_away

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Reflects light between voxels once more: cones from the voxels' faces gather what the pyramid holds.
+//! Reflects light between voxels once more: cones from the voxels' faces gather the light of the pyramid.
 //!
-//! What a face gathers becomes its `feedback` (`voxel_rt::cache`), which `voxel_light/publish` and
-//! `voxel_pyramid/fill` bring into the pyramid: each round adds a bounce. A face's turn comes in one frame of `period`.
+//! What a face gathers becomes its `feedback` (`components::voxel_light::cache`), which `voxel_light/publish` and
+//! `voxel_pyramid/fill` write into the pyramid: each round adds a bounce. Each face is updated in one of `period`
+//! frames.
 //!
 //! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record: the
@@ -37,7 +38,7 @@ struct BounceInfo {
 @group(1) @binding(1) var<uniform> info: BounceInfo;
 /// x: occupied voxels of the level.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
-/// Of the level alone, slot · n_faces + face: `voxel::attributes`.
+/// Only this level's, indexed by slot · n_faces + face: `components::voxels::attributes`.
 @group(1) @binding(3) var<storage, read> records: array<vec4<u32>>;
 @group(1) @binding(4) var<storage, read_write> lights: array<FaceLight>;
 @group(1) @binding(5) var<storage, read_write> faults: FaceFaults;
@@ -58,7 +59,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     let packed = records[record];
     let known = lights[level.first_record + record];
-    // Where no ray met a surface, nobody sees one.
+    // If no ray hit a surface, none is visible.
     if !record_is_valid(packed) || !(known.n_hits > 0.0) {
         return;
     }
@@ -78,7 +79,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         FLOAT_MAX,
         0.0,
     );
-    // (No index of a level has the top bit.) What was cut short is left as it was.
+    // (No index of a level has the top bit.) A face whose cones were cut short is left unchanged.
     if !loops_run(info.level >> 31u) {
         atomicAdd(&faults.n_cut, 1u);
     } else if all_finite(found.irradiance) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How much is open close by, in the picture's depths: what voxel cones skip, from the surface to where they begin.
+//! Screen-space openness close by, from the picture's depths: the part that voxel cones skip, from the surface to where
+//! they start.
 //!
-//! * `diffuse`: of the hemisphere, at a quarter of the pixels.
-//! * `specular`: of the mirror's cone (screen-space specular occlusion).
+//! * `diffuse`: for the hemisphere, at a quarter of the pixels.
+//! * `specular`: for the specular cone (screen-space specular occlusion).
 //!
 //! Dispatch: diffuse ceil(width/16) × ceil(height/16) × 1, specular ceil(width/8) × ceil(height/8) × 1.
 //!
@@ -18,19 +19,19 @@
 const WORKGROUP: u32 = 8u;
 
 struct OcclusionInfo {
-    /// Where voxel cones begin over a surface across an axis [cells of the finest level there].
+    /// Height at which voxel cones start above a surface across an axis [cells of the finest level there].
     start_cells: f32,
-    /// tan of half the aperture of the mirror's cone; 0: from the roughness.
+    /// tan of half the aperture of the specular cone; 0: it follows from the roughness.
     specular_spread: f32,
     reserved_a: u32,
     reserved_b: u32,
 }
 
 @group(1) @binding(0) var<uniform> info: OcclusionInfo;
-/// r: share that is open, of the hemisphere weighted by the cosine.
+/// r: share that is open; for the hemisphere, weighted by the cosine.
 @group(1) @binding(1) var open: texture_storage_2d<rgba8unorm, write>;
 
-/// Where voxel cones begin over a surface point [m].
+/// Height at which voxel cones start above a surface point [m].
 fn reach_at(position: vec3<f32>, normal: vec3<f32>) -> f32 {
     return info.start_cells * finest_cell(position) * cells_across(normal);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Brings occlusion to the picture: the diffuse one from a quarter of its pixels (joint bilateral upsampling), the specular
-//! one through a cross-bilateral Gaussian. Both keep to surfaces alike (`integrators::bilateral`).
+//! Filters occlusion for the picture: upsamples the diffuse one from a quarter of its pixels (joint bilateral
+//! upsampling), and smooths the specular one with a cross-bilateral Gaussian. Both preserve edges
+//! (`integrators::bilateral`).
 //!
 //! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Each invocation owns a texel of `occlusion`.
 
@@ -17,7 +18,7 @@ struct ResolveInfo {
 }
 
 @group(1) @binding(0) var<uniform> info: ResolveInfo;
-/// Of every second pixel of every second row.
+/// One texel for every second pixel of every second row.
 @group(1) @binding(1) var diffuse_open: texture_2d<f32>;
 @group(1) @binding(2) var specular_open: texture_2d<f32>;
 /// r: diffuse, g: specular, as openness.

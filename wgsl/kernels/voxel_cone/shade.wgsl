@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Indirect light of a picture's surfaces by cones: diffuse, specular, and ambient occlusion.
 //!
-//! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Cost: n_cones cones a pixel, and one more for
-//! what is not Lambert. Each invocation owns its pixel.
+//! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Cost: n_cones cones per pixel, and one more
+//! for surfaces that are not Lambertian. Each invocation owns its pixel.
 
 #import lucerna::scene::pixel::{pixel_surface, view}
 #import lucerna::bsdf::directional_albedo::diffuse_albedo
@@ -16,23 +16,23 @@
 #import lucerna::sampling::pcg::{pcg, pcg3d}
 
 const WORKGROUP: u32 = 8u;
-/// Apart from the streams of the diffuse cones.
+/// Different from the streams of the diffuse cones.
 const SPECULAR_STREAM: u32 = 64u;
 
 struct ShadeInfo {
     cones: ConeSettings,
     n_cones: u32,
-    /// 1: surfaces that are not Lambert mirror.
+    /// 1: surfaces that are not Lambertian have specular light.
     has_specular: u32,
-    /// tan of half the aperture of the mirror's cone; 0: from the roughness.
+    /// tan of half the aperture of the specular cone; 0: it follows from the roughness.
     specular_spread: f32,
-    /// 1: `occlusion` is read: r what is open of the hemisphere close by, g of the mirror's cone.
+    /// 1: `occlusion` is read: r the open share of the hemisphere close by, g that of the specular cone.
     has_occlusion: u32,
 }
 
 @group(1) @binding(0) var<uniform> info: ShadeInfo;
 @group(1) @binding(1) var occlusion: texture_2d<f32>;
-/// rgb: radiance [W·sr⁻¹·m⁻²]; a: cosine-weighted share of the hemisphere that is open as far as
+/// rgb: radiance [W·sr⁻¹·m⁻²]; a: cosine-weighted share of the hemisphere that is open within
 /// `view.occlusion_distance`.
 @group(1) @binding(2) var indirect: texture_storage_2d<rgba32float, write>;
 
@@ -83,7 +83,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         radiance += open.x * diffuse * INV_PI * gathered.irradiance;
         out = vec4<f32>(radiance, open.x * gathered.near_openness);
-        // (No picture is 2³¹ pixels wide.) What the driver cut short is no light: `frame/composite` leaves it out and counts it.
+        // (No picture is 2³¹ pixels wide.) What the driver cut short is not valid light: `frame/composite` leaves it
+        // out and counts it.
         if !loops_run(view.size.x >> 31u) {
             out = vec4<f32>(bitcast<f32>(0x7fc00000u | (view.size.x >> 31u)));
         }

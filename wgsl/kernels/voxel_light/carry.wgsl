@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Brings what the cache knows into a new structure: after something moved, or the grid did.
+//! Copies the cache into a new structure, after something or the grid has moved.
 //!
-//! A voxel that was occupied before keeps its faces' records (but for rejections, which have been counted); a
-//! new one starts from nothing.
+//! A voxel that was occupied before keeps its faces' records (except for rejections, which have been counted); a new
+//! one starts empty.
 //!
 //! Dispatch: indirect, one invocation a slot of the new structure, in rows as
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns its voxel's records.
@@ -17,7 +17,7 @@
 const WORKGROUP: u32 = 64u;
 
 struct CarryInfo {
-    /// Cells that the new grid's corner lies from the old one's.
+    /// Offset of the new grid's corner from the old one's [cells].
     shift: vec3<i32>,
     /// Index of the level.
     level: u32,

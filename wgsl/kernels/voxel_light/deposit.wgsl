@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Takes what rays from lights or the camera deposited (voxel_light/inject, voxel_light/resolve) as the direct
-//! light of the faces.
+//! Makes what rays from lights or the camera deposited (voxel_light/inject, voxel_light/resolve) the direct light of
+//! the faces.
 //!
 //! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record.
@@ -24,7 +24,7 @@ struct DepositInfo {
 @group(1) @binding(1) var<uniform> info: DepositInfo;
 /// x: occupied voxels of the level.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
-/// Of the level alone. rgb: irradiance [W·m⁻²]; a: number of samples.
+/// Only this level's. rgb: irradiance [W·m⁻²]; a: number of samples.
 @group(1) @binding(3) var<storage, read> means: array<vec4<f32>>;
 @group(1) @binding(4) var<storage, read_write> lights: array<FaceLight>;
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Renews the irradiance of every face of every occupied voxel by a few rays.
+//! Updates the irradiance of every face of every occupied voxel by a few rays.
 //!
-//! How, is in `lucerna::integrators::face_gather`. Faces that have been found empty or dark are tried less often.
+//! `lucerna::integrators::face_gather` describes how. Faces that were found empty or dark are sampled less often.
 //!
-//! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
-//! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record of
-//! `lights`; of others it reads what the kernel voxel_light/publish made of them: the same input gives the
-//! same bytes.
+//! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as `lucerna::math::dispatch` lays them
+//! out. Workgroup memory: none. Each invocation owns one record of `lights`; for others it reads what the kernel
+//! voxel_light/publish computed from them: the same input gives the same bytes.
 
 #import lucerna::components::voxel_light::cache::{FaceLight, FaceSamples, is_lit, keep_deposits, renew, with_cut}
 #import lucerna::fields::voxel_light_texels::levels
@@ -17,25 +16,25 @@
 #import lucerna::sampling::pcg::pcg3d
 
 const WORKGROUP: u32 = 64u;
-/// Faces that so many rays found empty or dark are tried only in one frame of `IDLE_PERIOD`: most are
-/// turned into walls or out of the building.
+/// Faces that this many rays found empty or dark are sampled only in one of `IDLE_PERIOD` frames: most face into walls
+/// or out of the building.
 const IDLE_AFTER: f32 = 16.0;
 const IDLE_PERIOD: u32 = 16u;
 
 struct GatherInfo {
     frame: u32,
     seed: u32,
-    /// Points drawn on each face.
+    /// Points sampled on each face.
     n_points: u32,
-    /// Reflections that a path follows. With `face_light` holding direct light alone, these
-    /// are all that is counted; else 1 is enough. 0: something else renews reflected light, which stays as it is.
+    /// Reflections that a path follows. If `face_light` holds only direct light, these are all bounces; otherwise 1 is
+    /// enough. 0: reflected light stays as it is, because something else updates it.
     n_bounces: u32,
     /// See `cache::renew`.
     light_rays: f32,
     max_rays: f32,
-    /// Index of the level whose faces are renewed.
+    /// Index of the level whose faces are updated.
     level: u32,
-    /// 1: direct light is found here. 0: it stays as it is, for something else deposits it.
+    /// 1: direct light is sampled here. 0: it stays as it is, because something else deposits it.
     finds_direct: u32,
 }
 

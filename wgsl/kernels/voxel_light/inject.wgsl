@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Traces rays from a light or from the camera and deposits the irradiance at their hits into voxels.
 //!
-//! `inject_light`: rays leave a light without extent; `inject_extended`: the emissive triangles and the sky; `inject_camera`: the
-//! camera (`lucerna::integrators::injection`). `inject_samples`: values whose records are known already.
+//! `inject_light`: rays start at a light without extent; `inject_extended`: at the emissive triangles and the sky;
+//! `inject_camera`: at the camera (`lucerna::integrators::injection`). `inject_samples`: deposits values whose records
+//! are known already.
 //!
-//! What the mean of a record tends to: ∫ E·p dA / ∫ p dA over the voxel's surface, p the density of
-//! the hits. From the camera p is what the pixels see. From a light p is proportional to what that
-//! light sends there (parts in its shadow get no rays and do not darken the mean; nearer and more
-//! directly lit parts count more): too bright where E varies within a voxel, exact where it does not.
+//! The mean of a record converges to ∫ E·p dA / ∫ p dA over the voxel's surface, where p is the density of the hits.
+//! From the camera, p is what the pixels see. From a light, p is proportional to what that light sends there (parts in
+//! its shadow get no rays and do not darken the mean; nearer and more directly lit parts count more): the mean is too
+//! bright if E varies within a voxel, and exact if it does not.
 //!
-//! Each invocation takes RUN_SIDE × RUN_SIDE neighbouring rays (or RUN samples in a row). With
-//! STRATEGY_EXACT those that follow each other into one record are summed in registers first.
+//! Each invocation traces RUN_SIDE × RUN_SIDE neighbouring rays (or takes RUN samples in a row). With STRATEGY_EXACT,
+//! consecutive samples of the same record are summed in registers first.
 //!
 //! Dispatch: ceil(n_rays/32)² workgroups, one for 32 × 32 rays; `inject_samples`: ceil(n_samples/1024).
 //! Workgroup memory: none.
@@ -27,13 +28,13 @@
 #import lucerna::sampling::stratified::stratified_in_cell
 
 const WORKGROUP: u32 = 8u;
-/// Rays of an invocation along each axis: more make fewer writes and fewer invocations.
+/// Rays of an invocation along each axis: more rays mean fewer writes and fewer invocations.
 const RUN_SIDE: u32 = 4u;
 /// Samples of an invocation.
 const RUN: u32 = 16u;
 const_assert RUN == RUN_SIDE * RUN_SIDE;
 
-/// Chosen when the pipeline is made: the others' code drops out.
+/// Chosen when the pipeline is created, so that the code of the others is dropped.
 override STRATEGY: u32 = STRATEGY_EXACT;
 
 /// One dispatch.
@@ -41,14 +42,14 @@ struct Injection {
     camera: Camera,
     /// Rays along each side of the square.
     n_rays: u32,
-    /// Stream of random numbers.
+    /// Seed of the random numbers.
     seed: u32,
-    /// Of `inject_light`: index of a punctual light. Part of the random numbers' stream in all.
+    /// For `inject_light`, the index of a punctual light. For all, a part of the random numbers' stream.
     light: u32,
     n_samples: u32,
     /// See `lucerna::components::voxel_light::average`; a power of two.
     quanta_per_unit: f32,
-    /// 1/largest value: what the packed words hold as 1.
+    /// 1/largest value, which packed words store as 1.
     unorm_per_unit: f32,
     reserved_a: u32,
     reserved_b: u32,
@@ -56,7 +57,7 @@ struct Injection {
 
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
 @group(1) @binding(1) var<uniform> injection: Injection;
-/// Of `inject_samples`.
+/// For `inject_samples`.
 @group(2) @binding(0) var<storage, read> samples: array<VoxelSample>;
 
 /// How samples are written.
@@ -84,8 +85,8 @@ fn square_point(ray: vec2<u32>, jitter: vec2<f32>) -> vec2<f32> {
     return stratified_in_cell(ray, vec2<u32>(injection.n_rays), jitter);
 }
 
-/// Whether what the k-th ray of an invocation found can be trusted; if not, it and those after it are counted. (A ray that was
-/// cut short may look like a miss, and loops end after it.)
+/// Whether the result of an invocation's k-th ray can be trusted; if not, it and the rays after it are counted. (A ray
+/// that was cut short may look like a miss, and loops end after it.)
 fn ray_is_whole(k: u32) -> bool {
     // (No square has 2³¹ rays along a side.)
     if loops_run(injection.n_rays >> 31u) {
@@ -95,12 +96,12 @@ fn ray_is_whole(k: u32) -> bool {
     return false;
 }
 
-/// The k-th ray of an invocation; it may lie beyond the square.
+/// The k-th ray of an invocation; it may be outside the square.
 fn ray_of_run(id: vec3<u32>, k: u32) -> vec2<u32> {
     return id.xy * RUN_SIDE + vec2<u32>(k % RUN_SIDE, k / RUN_SIDE);
 }
 
-/// Writes what a ray has lit. `u`: uniform in [0, 1), chooses the voxel's face.
+/// Writes the point that a ray has lit. `u`: uniform in [0, 1), chooses the voxel's face.
 fn deposit_point(run: ptr<function, Run>, lit: LitPoint, u: f32) {
     if lit.is_surface {
         deposit(run, settings_of_deposits(), VoxelSample(lit.irradiance, record_of(lit.position, lit.normal, u)));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Makes of the faces' records what bounces and pictures look up.
+//! Computes from the faces' records what bounces and pictures look up.
 //!
-//! A face shares what it knows with the same faces of the cells beside it, as far as no wall stands
-//! between them. A voxel with one value shares with all around it.
+//! A face shares its light with the same faces of neighbouring cells, unless there is a wall between them. A voxel with
+//! one value shares with all voxels around it.
 //!
 //! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record of
@@ -22,7 +22,7 @@ const WORKGROUP: u32 = 64u;
 struct PublishInfo {
     /// Index of the level.
     level: u32,
-    /// 1: bounces see what was reflected before. 0: direct light alone.
+    /// 1: bounces see what was reflected before. 0: only direct light.
     feedback: u32,
     /// See `cache::current_hits`.
     light_rays: f32,

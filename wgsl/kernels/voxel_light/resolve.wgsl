@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Turns what `voxel_light/inject` has accumulated into means, and empties the accumulators.
 //!
-//! Means of several injections (one a light) are added: the irradiance of a surface is the sum over
-//! the lights, and each light's mean is over its own samples. A record without samples adds 0.
+//! Means of several injections (one per light) are added: the irradiance of a surface is the sum over the lights, and
+//! each light's mean is over its own samples. A record without samples adds 0.
 //!
-//! Dispatch: ceil(capacity · n_faces / 64) workgroups, over x first and y beyond 65 535; records of
-//! slots that do not exist are left at once. Workgroup memory: none. Each invocation owns one record.
+//! Dispatch: ceil(capacity · n_faces / 64) workgroups, over x first and y beyond 65 535; invocations for slots that do
+//! not exist return at once. Workgroup memory: none. Each invocation owns one record.
 
 #import lucerna::components::voxel_light::accumulator::{STRATEGY_EXACT, HEAD_WORDS, EXACT_WORDS, EXACT_COUNT, EXACT_HIGH}
 #import lucerna::components::voxel_light::average::{WideSum, mean_of_sum, unpack_average, unpack_count}
@@ -13,15 +13,15 @@
 #import lucerna::fields::voxel_structure::n_slots
 
 const WORKGROUP: u32 = 64u;
-/// Chosen when the pipeline is made, as in `voxel_light/inject`.
+/// Chosen when the pipeline is created, as in `voxel_light/inject`.
 override STRATEGY: u32 = 3u;
 
 struct Resolution {
     /// Value of one integer step [W·m⁻²].
     quantum: f32,
-    /// What the packed words hold as 1 [W·m⁻²].
+    /// The value that packed words store as 1 [W·m⁻²].
     largest: f32,
-    /// 1: the means begin anew, whatever they were.
+    /// 1: the former means are replaced; 0: they are added to.
     first: u32,
     reserved: u32,
 }
@@ -29,7 +29,7 @@ struct Resolution {
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
 @group(1) @binding(1) var<uniform> resolution: Resolution;
 @group(1) @binding(2) var<storage, read_write> accumulators: array<u32>;
-/// rgb: irradiance [W·m⁻²]; a: number of samples (of the packed strategies: as far as they count).
+/// rgb: irradiance [W·m⁻²]; a: number of samples (for the packed strategies, as far as they count).
 @group(1) @binding(3) var<storage, read_write> means: array<vec4<f32>>;
 
 /// A record's mean and count; its memory is zero afterwards.
@@ -45,7 +45,7 @@ fn take_exact(record: u32) -> vec4<f32> {
         accumulators[at + EXACT_HIGH + 1u],
         accumulators[at + EXACT_HIGH + 2u],
     );
-    // Most sums stay below 2³²: what is zero already need not be written.
+    // Most sums stay below 2³², so their high words are zero already and need not be written.
     for (var channel = 0u; channel < 3u; channel++) {
         accumulators[at + channel] = 0u;
         if high[channel] != 0u {

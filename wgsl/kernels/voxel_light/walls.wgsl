@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Notes in each voxel's word which of its faces are walled, and counts the faces that had to leave
-//! samples out.
+//! Marks in each voxel's word which of its faces are walled, and counts the faces whose samples
+//! were left out.
 //!
 //! Dispatch: indirect, one invocation a slot, in rows as `lucerna::math::dispatch` lays them out.
 //! Workgroup memory: none.

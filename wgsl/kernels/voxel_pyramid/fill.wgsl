@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Writes what leaves the voxels' faces into mip 0: every cell of a level, empty ones too.
+//! Writes the light of the voxels' faces into mip 0, for every cell of a level, including empty ones.
 //!
-//! A face is as opaque as its surfaces cover of it (`voxel::attributes`, `cone::opacity`), and sends L = ρ/π·E, E being the
-//! irradiance that `voxel_light/publish` made; where it knows none, it is dark. What surfaces emit is not in it: emissive
-//! surfaces are drawn as lights, for voxels and for pixels, and would count twice.
+//! The opacity of a face is the share that its surfaces cover (`components::voxels::attributes`,
+//! `components::voxel_pyramid::opacity`), and its radiance is L = ρ/π·E, where E is the irradiance from
+//! `voxel_light/publish`; if that is not known, the face is dark. Emission is not included: emissive surfaces are
+//! sampled as lights, for voxels and for pixels, and would count twice.
 //!
-//! Backs of single-sided surfaces are open unless asked otherwise: nobody is meant to see them, and a cone that grows
-//! beside a wall takes in its voxels, and with them the wall's dark back, though it never comes from behind.
+//! Backs of single-sided surfaces are open by default. They are not meant to be seen, but a cone that widens next to a
+//! wall would read the wall's voxels, and with them its dark back, although it never comes from behind.
 //!
 //! Dispatch: ceil(size/4) groups of 4 × 4 × 4. Workgroup memory: none. Each invocation owns its cell's texels.
 
@@ -28,23 +29,24 @@ const SIDE: u32 = 4u;
 struct FillInfo {
     /// Index of the level.
     level: u32,
-    /// 1: where a cell has no surface that looks a face's way but two opposite neighbours beside that face have, it takes
-    /// their mean. (The voxelizer misses no surface; slits narrower than a cell and the steps of slanted ones are gaps.)
+    /// 1: if a cell has no surface that faces a face's way, but two opposite neighbours next to that face have one, it
+    /// takes their mean. (The voxelizer misses no surface; gaps are slits narrower than a cell, and the steps of
+    /// slanted surfaces.)
     fills_gaps: u32,
-    /// 1: a face from which only backs of single-sided surfaces are seen is as opaque as they are. 0: it is open.
+    /// 1: a face at which only backs of single-sided surfaces are visible is as opaque as they are. 0: it is open.
     backs_hide: u32,
     reserved: u32,
 }
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
 @group(1) @binding(1) var<uniform> info: FillInfo;
-/// Of the level alone, slot · n_faces + face: `voxel::attributes`.
+/// Only this level's, indexed by slot · n_faces + face: `components::voxels::attributes`.
 @group(1) @binding(2) var<storage, read> records: array<vec4<u32>>;
 /// rgb: irradiance [W·m⁻²].
 @group(1) @binding(3) var<storage, read> irradiance: array<vec4<f32>>;
 @group(1) @binding(4) var<storage, read> lights: array<FaceLight>;
 
-/// The texel of a voxel's face of this opacity; zeros where it has no surface.
+/// The texel of a voxel's face of this opacity; zeros if it has no surface.
 fn texel_of_face(slot: u32, face: u32, opacity: f32) -> vec4<f32> {
     let level = levels.levels[info.level];
     let record = slot * level.grid.n_faces + face;
@@ -61,12 +63,12 @@ fn texel_of_face(slot: u32, face: u32, opacity: f32) -> vec4<f32> {
     return texel_of_surface(max(radiance, vec3<f32>(0.0)) * radiance_scale(filled.peak), opacity);
 }
 
-/// What a voxel's face looks like.
+/// The attributes of a voxel's face.
 fn record_of(slot: u32, face: u32) -> vec4<u32> {
     return records[slot * levels.levels[info.level].grid.n_faces + face];
 }
 
-/// Whether a face is there for cones.
+/// Whether a face is visible to cones.
 fn is_seen(packed: vec4<u32>) -> bool {
     return record_is_valid(packed) && (info.backs_hide != 0u || !record_is_back(packed));
 }
@@ -115,8 +117,8 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
     }
 }
 
-/// The mean of a pair of opposite neighbours beside a face that both have a surface there; zeros where no pair
-/// has.
+/// The mean of the pairs of opposite neighbours next to a face that both have a surface there; zeros if there is no
+/// such pair.
 fn between_neighbours(cell: vec3<i32>, face: u32) -> vec4<f32> {
     let level = levels.levels[info.level];
     var pairs: GapPairs;

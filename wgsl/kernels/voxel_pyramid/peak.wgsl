@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The largest irradiance of a level's faces: the pyramid's 16-bit floats are scaled by it (`cone::pyramid::radiance_scale`).
+//! The largest irradiance of a level's faces, by which the pyramid's 16-bit floats are scaled
+//! (`components::voxel_pyramid::layout::radiance_scale`).
 //!
-//! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
-//! `lucerna::math::dispatch` lays them out. Workgroup memory: 4 bytes. A maximum of integers: any order gives the same.
+//! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as `lucerna::math::dispatch` lays them
+//! out. Workgroup memory: 4 bytes. The maximum of integers does not depend on the order.
 
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::float::all_finite
@@ -37,7 +38,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if record < counts.x * level.grid.n_faces {
         let found = irradiance[level.first_record + record].rgb;
         if all_finite(found) {
-            // Floats that are not negative are ordered as their bits.
+            // Non-negative floats have the order of their bits.
             atomicMax(&peak_of_group, bitcast<u32>(max(max_component(found), 0.0)));
         }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Makes a mip of a level from the one below, for every face: `cone::prefilter`.
+//! Computes a mip of a level from the one below, for every face: `components::voxel_pyramid::prefilter`.
 //!
 //! Dispatch: ceil(size/4) groups of 4 × 4 × 4, of the mip that is made. Workgroup memory: none. Each invocation owns its
 //! cell's texels. Children outside the grid are the border's empty texels.
@@ -13,7 +13,7 @@ const SIDE: u32 = 4u;
 struct PrefilterInfo {
     /// Index of the level.
     level: u32,
-    /// The mip that is made, at least 1.
+    /// The mip to compute, at least 1.
     mip: u32,
     reserved_a: u32,
     reserved_b: u32,
@@ -32,7 +32,7 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
     let volume = volume_of_mip(info.mip - 1u);
     for (var face = 0u; face < filled.n_faces; face++) {
         var sum = vec4<f32>(0.0);
-        // One value for all sides is the mean of what all sides would see.
+        // A single value for all sides is the mean of what all sides would see.
         let n_sides = select(1u, 6u, filled.n_faces == 1u);
         for (var ix = 0u; ix < 4u * n_sides; ix++) {
             let side = select(face, ix >> 2u, n_sides == 6u);

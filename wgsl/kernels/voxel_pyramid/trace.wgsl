@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Traces a list of cones through the voxels: for tests, for measuring, and for what needs a few cones of its own.
+//! Traces a list of cones through the voxels, for tests, measurements, and anything that needs a few cones of its own.
 //!
 //! Dispatch: one invocation a cone, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: none.
 

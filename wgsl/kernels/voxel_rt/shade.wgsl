@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Indirect light of a picture's surfaces, looked up in the voxels.
 //!
-//! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Cost: a look-up a pixel,
-//! whatever was traced into the voxels.
+//! Dispatch: ceil(width/8) × ceil(height/8) × 1. Workgroup memory: none. Cost: one look-up per
+//! pixel, independent of what was traced into the voxels.
 
 #import lucerna::scene::pixel::{pixel_surface, view}
 #import lucerna::bsdf::directional_albedo::directional_albedo
@@ -13,7 +13,7 @@
 
 const WORKGROUP: u32 = 8u;
 
-/// What is shown: reflected radiance; or, to look at the voxels, irradiance, cells or levels.
+/// What is shown: reflected radiance; or, to inspect the voxels, irradiance, cells or levels.
 const SHOWN_LIGHT: u32 = 0u;
 const SHOWN_IRRADIANCE: u32 = 1u;
 const SHOWN_CELLS: u32 = 2u;
@@ -53,7 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     textureStore(indirect, id.xy, vec4<f32>(radiance, 1.0));
 }
 
-/// A colour that neighbours do not share, or the level's.
+/// A colour that differs between neighbours, or the level's.
 fn color_of_cell(cell: vec4<u32>, shown: u32) -> vec3<f32> {
     if shown == SHOWN_LEVELS {
         let bits = array<u32, 6>(1u, 2u, 4u, 3u, 5u, 6u)[min(cell.w, 5u)];

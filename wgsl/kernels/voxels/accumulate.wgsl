@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Adds to each voxel what every triangle looks like in it.
+//! Adds the attributes of every triangle to the voxels that it intersects.
 //!
-//! Goes through the cells as `voxels/mark` does. A triangle counts in a cell by the area that lies in
-//! it. Anisotropic: into the face of each axis that its front looks to, by the area projected on it
-//! (A·max(dot(axis, n), 0), the weights of T. Magalhães 2020 times the area); a double-sided triangle
-//! into the opposite face as well, turned around. Isotropic: by the area. What only touches counts with the
-//! least weight, so no voxel is without values. Where the alpha mask cuts the middle of the part
-//! away, the part does not count.
+//! Visits the cells as `voxels/mark` does. A triangle is weighted in a cell by its area within it. Anisotropic: it adds
+//! to the face of each axis that its front faces, weighted by the area projected onto it (A·max(dot(axis, n), 0), the
+//! weights of T. Magalhães 2020 times the area); a double-sided triangle also adds to the opposite face, reversed.
+//! Isotropic: weighted by the area. A triangle that only touches the cell has the smallest weight, so no voxel is
+//! without values. If the alpha mask removes the middle of the part, the part does not count.
 //!
 //! Dispatch: indirect, from `voxels/work_groups`. Workgroup memory: none. Sums of integers do not
 //! depend on the order.
@@ -97,7 +96,7 @@ fn main(
     if piece >= n_pieces() {
         return;
     }
-    // Ranges past the last voxel have nothing to do.
+    // Ranges beyond the last voxel have nothing to do.
     if range.first >= n_slots(grid) {
         return;
     }

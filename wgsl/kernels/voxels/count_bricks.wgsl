@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How many voxels each brick has, of the static and the moving triangles together.
+//! Number of voxels of each brick, of static and moving triangles together.
 //!
-//! One number a brick and a 0 at the end, so that scanning them gives each brick's first slot and,
-//! last, how many voxels there are.
+//! One number per brick and a 0 at the end, so that a scan gives each brick's first slot and, at
+//! the end, the number of voxels.
 //!
 //! Dispatch: `math/dispatch` of ceil((n_bricks + 1)/64). Workgroup memory: none.
 

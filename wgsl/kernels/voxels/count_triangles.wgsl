@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How many triangles meet each cell: what `voxels/mark` marks, counted.
+//! Number of triangles that intersect each cell: counts what `voxels/mark` marks.
 //!
-//! For tests and for choosing a grid; voxelizing does without. An invocation does one piece of work (see `voxel/work`) and finds its triangle by bisection.
+//! For tests and for choosing a grid; voxelization does not need it. An invocation does one piece of work (see
+//! `components::voxels::work`) and finds its triangle by bisection.
 //!
 //! Dispatch: indirect, from `voxels/work_groups`. Workgroup memory: none. Sums of integers do not
 //! depend on the order.
@@ -14,7 +15,7 @@
 const WORKGROUP: u32 = 64u;
 
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
-/// One number a cell, x fastest.
+/// One number per cell, x fastest.
 @group(1) @binding(1) var<storage, read_write> counts: array<atomic<u32>>;
 
 @compute @workgroup_size(WORKGROUP)

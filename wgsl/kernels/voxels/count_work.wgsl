@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How many pieces of work each triangle is to the voxelizer.
+//! Number of pieces of work into which the voxelizer cuts each triangle.
 //!
-//! One number a triangle and a 0 at the end, so that scanning them gives each triangle's first piece
-//! and, last, how many there are.
+//! One number per triangle and a 0 at the end, so that a scan gives each triangle's first piece and, at the end, the
+//! number of pieces.
 //!
 //! Dispatch: `math/dispatch` of ceil((n + 1)/64). Workgroup memory: none.
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Marks every cell that a triangle meets: one bit a cell.
+//! Marks every cell that a triangle intersects, with one bit per cell.
 //!
-//! An invocation does one piece of work (see `voxel/work`) and finds its triangle by bisection.
+//! An invocation does one piece of work (see `components::voxels::work`) and finds its triangle by
+//! bisection.
 //!
-//! Dispatch: indirect, from `voxels/work_groups`. Workgroup memory: none. Bits are only set, so the
-//! result does not depend on the order.
+//! Dispatch: indirect, from `voxels/work_groups`. Workgroup memory: none. Bits are only ever set,
+//! so the result does not depend on the order.
 
 #import lucerna::integrators::triangle_pieces::{n_pieces, triangle_piece}
 #import lucerna::math::dispatch::group_of_dispatch
@@ -15,7 +16,7 @@
 const WORKGROUP: u32 = 64u;
 
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
-/// One word a brick.
+/// One word per brick.
 @group(1) @binding(1) var<storage, read_write> bits: array<atomic<u32>>;
 
 @compute @workgroup_size(WORKGROUP)
@@ -36,7 +37,8 @@ fn main(
             if triangle_meets_cell(part.triangle, cell) {
                 let brick = brick_of_cell(grid, cell);
                 let bit = 1u << bit_of_cell(cell);
-                // Most cells of a fine mesh are marked already, and a load costs less.
+                // Most cells of a fine mesh are marked already, and a load is cheaper than an
+                // atomic.
                 if (atomicLoad(&bits[brick]) & bit) == 0u {
                     atomicOr(&bits[brick], bit);
                 }

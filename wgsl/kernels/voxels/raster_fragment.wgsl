@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rasterised voxelizing, for comparison: marks the cell that each fragment's middle stands in.
+//! Rasterised voxelization, for comparison: marks the cell of each fragment's centre.
 //!
-//! Cells that a triangle meets beside a pixel's middle are missed.
+//! Cells that a triangle intersects away from a pixel's centre are missed.
 //!
 //! Dispatch: none; a draw with `voxels/raster_vertex`.
 
@@ -9,7 +9,7 @@
 #import lucerna::components::voxels::grid::{VoxelGrid, is_inside}
 
 @group(2) @binding(0) var<uniform> grid: VoxelGrid;
-/// One word a brick.
+/// One word per brick.
 @group(2) @binding(1) var<storage, read_write> bits: array<atomic<u32>>;
 
 @fragment

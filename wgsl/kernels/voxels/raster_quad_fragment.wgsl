@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rasterised voxelizing, for comparison: tests the cells of a fragment's column, as `voxels/mark`
-//! does.
+//! Rasterised voxelization, for comparison: tests the cells of a fragment's column, as `voxels/mark` does.
 //!
 //! Dispatch: none; a draw with `voxels/raster_quad_vertex`.
 
@@ -9,7 +8,7 @@
 #import lucerna::components::voxels::work::{GridTriangle, cells_of_column, columns_of_triangle, sides_of_axis, triangle_meets_cell}
 
 @group(2) @binding(0) var<uniform> grid: VoxelGrid;
-/// One word a brick.
+/// One word per brick.
 @group(2) @binding(1) var<storage, read_write> bits: array<atomic<u32>>;
 @group(2) @binding(2) var<storage, read> corners: array<GridTriangle>;
 

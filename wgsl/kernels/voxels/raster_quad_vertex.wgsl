@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rasterised voxelizing, for comparison: the rectangle around each triangle's columns, in the place
-//! of conservative rasterisation, which WebGPU has not.
+//! Rasterised voxelization, for comparison: the rectangle around each triangle's columns, instead of conservative
+//! rasterisation, which WebGPU does not have.
 //!
 //! Dispatch: none; a draw of 6·n_triangles vertices, with `voxels/raster_quad_fragment`.
 
@@ -9,7 +9,7 @@
 #import lucerna::components::voxels::work::{GridTriangle, columns_of_triangle}
 
 struct RasterView {
-    /// Pixels along the picture's sides.
+    /// Pixels along each side of the picture.
     side: u32,
     /// Not used: the axis is each triangle's own.
     axis: u32,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rasterised voxelizing, for comparison: triangles seen along an axis.
+//! Rasterised voxelization, for comparison: triangles seen along an axis.
 //!
 //! Dispatch: none; a draw of 3·n_triangles vertices, with `voxels/raster_fragment`.
 
@@ -8,7 +8,7 @@
 #import lucerna::components::voxels::work::GridTriangle
 
 struct RasterView {
-    /// Pixels along the picture's sides.
+    /// Pixels along each side of the picture.
     side: u32,
     /// 0, 1, 2 or AXIS_DOMINANT.
     axis: u32,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Makes the records of a range of voxels from their sums, and sets the sums back to 0.
+//! Computes the records of a range of voxels from their sums, and resets the sums to 0.
 //!
 //! Dispatch: `math/dispatch` of ceil(range.n/64). Workgroup memory: none. An invocation owns a voxel
 //! with all its faces.
@@ -16,7 +16,7 @@ const WORKGROUP: u32 = 64u;
 @group(1) @binding(2) var<storage, read> counts: VoxelCounts;
 /// As in `voxels/accumulate`.
 @group(1) @binding(3) var<storage, read_write> sums: array<vec2<u32>>;
-/// slot·n_faces + face, see `voxel/attributes`.
+/// Indexed by slot·n_faces + face, see `components::voxels::attributes`.
 @group(1) @binding(4) var<storage, read_write> records: array<vec4<u32>>;
 
 fn load(record: u32) -> array<f32, N_SUMS> {
@@ -39,7 +39,7 @@ fn main(
     for (var face = 0u; face < grid.n_faces; face++) {
         let record = ix * grid.n_faces + face;
         let front = load(record);
-        // Of an isotropic voxel there is no other side.
+        // An isotropic voxel has no other side.
         let back = load(ix * grid.n_faces + select(face ^ 1u, 0u, grid.n_faces == 1u));
         var packed = vec4<u32>(0u);
         if front[SUM_WEIGHT] > 0.0 || back[SUM_WEIGHT] > 0.0 {

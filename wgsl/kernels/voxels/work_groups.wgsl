@@ -6,10 +6,10 @@
 #import lucerna::scene::triangles::n_triangles
 #import lucerna::math::dispatch::dispatch_of_groups
 
-/// Invocations of the workgroups that the dispatch is for.
+/// Invocations per workgroup of the dispatch.
 const COUNTED_WORKGROUP: u32 = 64u;
 
-/// The first piece of each triangle, and at the end how many pieces there are.
+/// The first piece of each triangle, and at the end the number of pieces.
 @group(1) @binding(0) var<storage, read> work: array<u32>;
 /// Workgroups along x, y, z; then the number of pieces.
 @group(1) @binding(1) var<storage, read_write> groups: vec4<u32>;

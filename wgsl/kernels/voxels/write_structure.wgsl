@@ -15,7 +15,7 @@ const WORKGROUP: u32 = 64u;
 @group(1) @binding(0) var<uniform> grid: VoxelGrid;
 @group(1) @binding(1) var<storage, read> bits_static: array<u32>;
 @group(1) @binding(2) var<storage, read> bits_moving: array<u32>;
-/// Voxels before each brick, and at the end of all.
+/// Number of voxels before each brick, and at the end of all voxels.
 @group(1) @binding(3) var<storage, read> n_before: array<u32>;
 /// n_bricks × (occupied bits, first slot), then capacity × (packed cell, 0).
 @group(1) @binding(4) var<storage, read_write> structure: array<vec2<u32>>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: which triangle a ray meets. Implementation: the adapter's acceleration structure,
+//! Scene seam: which triangle a ray hits. Implementation: the adapter's acceleration structure,
 //! through ray queries.
 //!
 //! Interface and meaning as in `wgsl/scene/rays.wgsl`.
@@ -19,8 +19,8 @@ fn is_solid(triangle_ix: u32, barycentrics: vec2<f32>) -> bool {
         || !is_cut_away(triangle_ix, barycentrics);
 }
 
-/// Walks the acceleration structure; `flags` are RayDesc's. Candidates that an alpha mask cuts away
-/// do not count.
+/// Traverses the acceleration structure; `flags` are RayDesc's. Candidates that an alpha mask
+/// removes do not count.
 fn trace(ray: Ray, flags: u32) -> Hit {
     var query: ray_query;
     rayQueryInitialize(
@@ -41,7 +41,7 @@ fn trace(ray: Ray, flags: u32) -> Hit {
     return Hit(found.t, found.primitive_index, found.barycentrics);
 }
 
-/// Geometry is built without the opaque flag; this asks for every candidate.
+/// Geometry is built without the opaque flag; this flag reports every candidate.
 const FLAG_NO_OPAQUE: u32 = 0x02u;
 const FLAG_TERMINATE_ON_FIRST_HIT: u32 = 0x04u;
 
@@ -50,7 +50,7 @@ fn nearest_hit(ray: Ray) -> Hit {
     return trace(ray, FLAG_NO_OPAQUE);
 }
 
-/// Whether anything stands on the ray.
+/// Whether the ray hits anything.
 fn any_hit(ray: Ray) -> bool {
     return trace(ray, FLAG_NO_OPAQUE | FLAG_TERMINATE_ON_FIRST_HIT).triangle != NONE;
 }

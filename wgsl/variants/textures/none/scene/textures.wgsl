@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scene seam: material textures of a scene that has none.
 //!
-//! Interface as in `wgsl/scene/textures.wgsl`; every texture is white. Without this, a kernel on an
-//! untextured scene carries the code of some 24 texel fetches a surface, and drivers without real
-//! branches (lavapipe before Mesa 25) run through all of it.
+//! Interface as in `wgsl/scene/textures.wgsl`; every texture is white. Without this variant, a
+//! kernel for an untextured scene has the code of some 24 texel fetches per surface, and drivers
+//! without real branches (lavapipe before Mesa 25) run through all of it.
 #define_import_path lucerna::scene::textures
 
 #import lucerna::scene::data::TextureSlot

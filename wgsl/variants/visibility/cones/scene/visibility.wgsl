@@ -10,15 +10,16 @@
 #import lucerna::fields::pyramid_layout::finest_cell
 #import lucerna::scene::types::LightSample
 
-/// How cones towards lights are followed: fine steps, for a shadow's edge is seen.
+/// How cones towards lights are marched: in fine steps, because a shadow's edge is visible.
 const SHADOW_STEPPING: ConeSettings = ConeSettings(0.5, -0.4, 0.95, 1.5);
-/// Cones end so many cells, and so many of their widths, before the light, whose own voxels would hide it.
+/// Cones end this many cells, and this many of their widths, before the light, because its own voxels would hide it.
 const END_CELLS: f32 = 2.0;
 const END_WIDTHS: f32 = 1.5;
-/// tan of half the aperture at least: of lights without extent.
+/// Lower bound of tan of half the aperture, for lights without extent.
 const MIN_SPREAD: f32 = 0.01;
 
-/// Share of what a light sends that arrives, in [0, 1]. `position_error` is not needed: cones begin farther off.
+/// Share of a light's radiation that arrives, in [0, 1]. `position_error` is not needed, because cones start farther
+/// away.
 fn light_visibility(
     light: LightSample,
     position: vec3<f32>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scene seam: how much of a light a surface point sees: by shadow maps of lights that have them, by a ray else.
+//! Scene seam: how much of a light a surface point sees: by shadow maps if the light has them, otherwise by a ray.
 //!
 //! Interface: `light_visibility`.
 #define_import_path lucerna::scene::visibility
@@ -8,7 +8,7 @@
 #import lucerna::scene::shadow_rays::light_is_hidden
 #import lucerna::scene::types::LightSample
 
-/// Share of what a light sends that arrives, in [0, 1]. `solid_angle` is not needed.
+/// Share of a light's radiation that arrives, in [0, 1]. `solid_angle` is not needed.
 fn light_visibility(
     light: LightSample,
     position: vec3<f32>,

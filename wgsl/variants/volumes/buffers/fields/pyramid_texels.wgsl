@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Field: the texels of prefiltered voxels, one by one, in a buffer.
+//! Field: the single texels of prefiltered voxels, in a buffer.
 //!
 //! Interface: `filled`, `load_texel` of the volume that is read, `store_texel` to the one that is written.
 #define_import_path lucerna::fields::pyramid_texels
@@ -11,7 +11,7 @@
 /// The three volumes, one after the other.
 @group(3) @binding(25) var<storage, read_write> filled_texels: array<vec2<u32>>;
 
-/// Where a texel of a volume stands.
+/// Index of a texel of a volume.
 fn texel_ix(volume: u32, place: vec3<u32>) -> u32 {
     let sizes = VolumeSizes(filled.volume_base, filled.volume_odd, filled.volume_even);
     return index_of_texel(sizes, volume, place);

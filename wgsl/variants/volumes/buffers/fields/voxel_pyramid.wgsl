@@ -23,7 +23,7 @@ fn filtered_texel(entry: u32, mip: u32, face: u32, point: vec3<f32>) -> vec4<f32
         let upper = (vec3<u32>(tap) >> vec3<u32>(0u, 1u, 2u)) & vec3<u32>(1u);
         let shares = select(1.0 - fraction, fraction, upper != vec3<u32>(0u));
         let weight = shares.x * shares.y * shares.z;
-        // The last texel of a border has weight 0 and may lie outside.
+        // The last texel of a border has weight 0 and may be outside.
         let at = min(vec3<u32>(base) + upper, last);
         let words = volume_texels[index_of_texel(sizes, volume, at)];
         sum += weight * vec4<f32>(unpack2x16float(words.x), unpack2x16float(words.y));
