@@ -306,8 +306,8 @@ pub fn check_shaders(compiled: &Shaders, scene: &dyn SceneSeam) -> Result<(), Mi
     Err(Mismatch::Shaders { expected, found })
 }
 
-impl From<&Light> for PunctualLight {
-    fn from(light: &Light) -> Self {
+impl PunctualLight {
+    pub(crate) fn of_record(light: &Light) -> Self {
         use crate::bindings::lucerna::scene::data as wgsl;
         match light.kind {
             wgsl::LIGHT_DIRECTIONAL => Self::Directional { direction: light.direction },

@@ -73,11 +73,10 @@ impl GBuffer {
         })
     }
 
-    /// Uses the caller's textures, which must have these formats (or formats that shaders read in the same way) and the
-    /// same size.
+    /// Uses the caller's textures, which must have the formats [`Self::ALBEDO`] and so on, and the same size.
     ///
     /// # Errors
-    /// [`GpuError::OtherFormat`]: a texture's format or size does not match. (Never [`GpuError::PictureTooLarge`].)
+    /// [`GpuError::OtherFormat`]: a texture's format or size does not match.
     pub fn from_views(
         albedo: wgpu::TextureView,
         normals: wgpu::TextureView,

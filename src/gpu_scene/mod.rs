@@ -23,7 +23,9 @@ use lights::{LightTable, MaterialEmission, SkyLight};
 use wgpu::util::DeviceExt;
 
 pub use crate::bindings::lucerna::scene::rays::BvhNode;
-pub use bvh::{Bvh, STACK_SIZE, build_obvhs};
+#[doc(hidden)]
+pub use bvh::build_obvhs;
+pub use bvh::{Bvh, STACK_SIZE};
 pub use flatten::WorldTriangles;
 
 /// Options for uploading a scene to the GPU.
@@ -76,6 +78,14 @@ pub enum GpuSceneError {
         detail: String,
         /// What to do.
         advice: &'static str,
+    },
+    /// There is no material with this index.
+    #[error("there is no material {material_ix}: the scene has {n}")]
+    NoMaterial {
+        /// The index.
+        material_ix: usize,
+        /// How many materials the scene has.
+        n: usize,
     },
     /// Ray queries were requested, but the device has none.
     #[error("this device has no ray queries; use the software BVH instead")]
@@ -332,17 +342,16 @@ impl GpuScene {
     /// Replaces a material's factors; its textures stay.
     ///
     /// # Errors
-    /// More triangles emit light than the device can bind lights.
-    ///
-    /// # Panics
-    /// If the scene has no such material.
+    /// The scene has no such material, or more triangles emit light than the device can bind lights.
     pub fn set_material(
         &mut self,
         recorder: &mut Recorder,
         material_ix: usize,
         material: &Material,
     ) -> Result<(), GpuSceneError> {
-        let known = &self.materials[material_ix];
+        let n = self.materials.len();
+        let no_material = GpuSceneError::NoMaterial { material_ix, n };
+        let known = self.materials.get(material_ix).ok_or(no_material)?;
         self.materials[material_ix] = wgsl::Material {
             base_color_texture: known.base_color_texture,
             metallic_roughness_texture: known.metallic_roughness_texture,
@@ -408,7 +417,7 @@ impl GpuScene {
         self.info.n_punctual_lights = lights.n_punctual;
         self.facts.n_extended_lights = lights.n_hittable();
         self.facts.punctual_lights =
-            lights.entries()[..n_punctual].iter().map(PunctualLight::from).collect();
+            lights.entries()[..n_punctual].iter().map(PunctualLight::of_record).collect();
         self.facts.punctual_peaks = lights.punctual_peaks().to_vec();
         self.facts.drawn_peak = lights.drawn_peak();
         self.facts.drawn_extended_peak = lights.drawn_extended_peak();

@@ -118,6 +118,13 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         }
         _ => of_voxels,
     };
+    if let Some(name) = &arguments.realtime.debug_view
+        && !made.debug_views().iter().any(|view| view.name == name)
+    {
+        let names: Vec<_> = made.debug_views().iter().map(|view| view.name).collect();
+        let has = if names.is_empty() { "none".into() } else { names.join(", ") };
+        return Err(format!("no debug view `{name}`: {} has {has}", made.name()).into());
+    }
     let what = settings!(FramesToRender {
         view: settings!(ViewSettings {
             n_accumulated: arguments.frames,

@@ -330,8 +330,13 @@ fn cones_are_told_where_they_cannot_go() {
     refused(&["--bounces=0"], "bounces is 0; possible values: 1 to 64, or unlimited");
     // Settings of another technique are not passed over.
     refused(&["--lookup=valid"], "--lookup is a setting of voxel-rt");
+    refused(&["--debug-view=cells"], "no debug view `cells`: voxel-cone has none");
     let scene = cornell();
     let of_rays = ["render", &scene, "--technique=voxel-rt", "--shadows=cones", "-o"];
     run(&[&of_rays[..], &[path(&output)]].concat()).exits(1).says(&["voxel-cone"]);
+    let view = ["render", &scene, "--technique=voxel-rt", "--debug-view=cell", "-o"];
+    run(&[&view[..], &[path(&output)]].concat())
+        .exits(1)
+        .says(&["no debug view `cell`", "irradiance, cells"]);
     assert!(names_in(&folder).is_empty());
 }

@@ -108,8 +108,13 @@ fn deposit_point(run: ptr<function, Run>, lit: LitPoint, u: f32) {
     }
 }
 
-@compute @workgroup_size(WORKGROUP, WORKGROUP)
-fn inject_light(@builtin(global_invocation_id) id: vec3<u32>) {
+/// Where rays start.
+const FROM_LIGHT: u32 = 0u;
+const FROM_EXTENDED: u32 = 1u;
+const FROM_CAMERA: u32 = 2u;
+
+/// Traces and writes the rays of an invocation. `source`: a FROM_ constant.
+fn inject_rays(id: vec3<u32>, source: u32) {
     var run = start_run();
     for (var k = 0u; k < RUN; k++) {
         let ray = ray_of_run(id, k);
@@ -117,50 +122,38 @@ fn inject_light(@builtin(global_invocation_id) id: vec3<u32>) {
             continue;
         }
         let random = random_of_ray(ray, 0u);
-        let lit = lit_by_punctual(injection.light, square_point(ray, random.xy));
+        let point = square_point(ray, random.xy);
+        var lit: LitPoint;
+        var choice = random.z;
+        if source == FROM_LIGHT {
+            lit = lit_by_punctual(injection.light, point);
+        } else if source == FROM_EXTENDED {
+            lit = lit_by_extended(vec4<f32>(point, random.zw), random_of_ray(ray, 1u), random_of_ray(ray, 2u));
+            choice = random_of_ray(ray, 3u).x;
+        } else {
+            lit = lit_in_view(injection.camera, point, random_of_ray(ray, 1u));
+        }
         if !ray_is_whole(k) {
             break;
         }
-        deposit_point(&run, lit, random.z);
+        deposit_point(&run, lit, choice);
     }
     end_run(run);
+}
+
+@compute @workgroup_size(WORKGROUP, WORKGROUP)
+fn inject_light(@builtin(global_invocation_id) id: vec3<u32>) {
+    inject_rays(id, FROM_LIGHT);
 }
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn inject_extended(@builtin(global_invocation_id) id: vec3<u32>) {
-    var run = start_run();
-    for (var k = 0u; k < RUN; k++) {
-        let ray = ray_of_run(id, k);
-        if any(ray >= vec2<u32>(injection.n_rays)) {
-            continue;
-        }
-        let random = random_of_ray(ray, 0u);
-        let place = vec4<f32>(square_point(ray, random.xy), random.zw);
-        let lit = lit_by_extended(place, random_of_ray(ray, 1u), random_of_ray(ray, 2u));
-        if !ray_is_whole(k) {
-            break;
-        }
-        deposit_point(&run, lit, random_of_ray(ray, 3u).x);
-    }
-    end_run(run);
+    inject_rays(id, FROM_EXTENDED);
 }
 
 @compute @workgroup_size(WORKGROUP, WORKGROUP)
 fn inject_camera(@builtin(global_invocation_id) id: vec3<u32>) {
-    var run = start_run();
-    for (var k = 0u; k < RUN; k++) {
-        let ray = ray_of_run(id, k);
-        if any(ray >= vec2<u32>(injection.n_rays)) {
-            continue;
-        }
-        let random = random_of_ray(ray, 0u);
-        let lit = lit_in_view(injection.camera, square_point(ray, random.xy), random_of_ray(ray, 1u));
-        if !ray_is_whole(k) {
-            break;
-        }
-        deposit_point(&run, lit, random.z);
-    }
-    end_run(run);
+    inject_rays(id, FROM_CAMERA);
 }
 
 @compute @workgroup_size(WORKGROUP * WORKGROUP)
