@@ -3,7 +3,8 @@
 
 use super::{PixelSurfaces, View, check_size};
 use crate::gpu::{
-    Bindings, Gpu, GpuError, Recorder, RenderKernel, RenderState, Resource, Shaders, extent,
+    Bindings, Gpu, GpuError, Recorder, RenderKernel, RenderState, Resource, Shaders,
+    picture_texture,
 };
 use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec2;
@@ -48,21 +49,8 @@ impl GBuffer {
         if size.max_element() > limit {
             return Err(GpuError::PictureTooLarge { width: size.x, height: size.y, limit });
         }
-        let view = |label, format| {
-            let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: extent(size),
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::RENDER_ATTACHMENT
-                    | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            });
-            texture.create_view(&Default::default())
-        };
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let view = |label, format| picture_texture(gpu, label, size, format, usage);
         Ok(Self {
             albedo: view("albedo", Self::ALBEDO),
             normals: view("normals", Self::NORMALS),

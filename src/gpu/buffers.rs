@@ -55,6 +55,18 @@ pub(crate) fn target(
     size: UVec2,
     format: wgpu::TextureFormat,
 ) -> wgpu::TextureView {
+    let copied = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
+    picture_texture(gpu, label, size, format, copied | wgpu::TextureUsages::STORAGE_BINDING)
+}
+
+/// A texture of a picture's size, without mips, that shaders read.
+pub(crate) fn picture_texture(
+    gpu: &Gpu,
+    label: &str,
+    size: UVec2,
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::TextureView {
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: extent(size),
@@ -62,10 +74,7 @@ pub(crate) fn target(
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING
-            | wgpu::TextureUsages::STORAGE_BINDING
-            | wgpu::TextureUsages::COPY_SRC
-            | wgpu::TextureUsages::COPY_DST,
+        usage: usage | wgpu::TextureUsages::TEXTURE_BINDING,
         view_formats: &[],
     });
     texture.create_view(&Default::default())

@@ -149,7 +149,8 @@ impl<'a> From<&'a wgpu::Tlas> for Resource<'a> {
     }
 }
 
-/// Resources of a field or of the pixels' seam, by the names of its variables. A kernel uses those that it declares.
+/// Resources that go together, as those of a field or of the pixels' seam, by the names of their variables. A kernel
+/// uses those that it declares.
 pub type Bindings<'a> = Vec<(&'a str, Resource<'a>)>;
 
 /// The size of a dispatch.
@@ -282,7 +283,7 @@ impl Groups {
                 };
                 let resource = match (find(bound), find(offered)) {
                     (Some(ix), _) => bound[ix].1,
-                    (None, Some(ix)) if group > 1 => offered[ix].1,
+                    (None, Some(ix)) => offered[ix].1,
                     _ => panic!(
                         "{kernel} declares `{}` (group {group}), but nothing is bound to it",
                         binding.name
@@ -497,7 +498,8 @@ impl<'c> ComputeCall<'c, '_> {
         self.bind(name, Resource::Uniform(bytes))
     }
 
-    /// Offers the bindings of a field or of the pixels; the kernel uses those that it declares in groups 2 and 3.
+    /// Offers bindings, such as those of a field or of the pixels. The kernel uses those that it declares; what
+    /// [`Self::bind`] names goes first.
     pub fn with(mut self, bindings: Bindings<'c>) -> Self {
         self.offered.extend(bindings);
         self

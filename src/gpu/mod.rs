@@ -24,7 +24,7 @@ use wgpu::{
 };
 
 pub use buffers::radiance_target;
-pub(crate) use buffers::{buffer, extent, storage_buffer, target};
+pub(crate) use buffers::{buffer, extent, picture_texture, storage_buffer, target};
 pub use kernel::{
     Bindings, ComputeCall, ComputeKernel, Dispatch, OwnedResource, RenderKernel, RenderState,
     Resource, SceneGroup,

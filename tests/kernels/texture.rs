@@ -75,6 +75,32 @@ fn levels_are_those_of_the_longer_side() {
     }
 }
 
+/// The weighted mips are the level of detail, and the finer one is at most one level finer.
+#[test]
+fn mips_around_a_level_sum_to_it() {
+    let mut random = Random(33);
+    let mut inputs: Vec<f32> = (0..2000).map(|_| random.range(0.0, 31.0)).collect();
+    inputs.extend([0.0, 1.0, 5.0, 30.999_998, 31.0, 31.5, 32.0, 40.0, 1e9]);
+    let found: Vec<[f32; 4]> = map(
+        "#import lucerna::texture::footprint::mips_between
+         alias Input = f32;
+         alias Output = vec4<f32>;
+         fn map(x: f32) -> Output {
+             let mips = mips_between(x);
+             return vec4<f32>(f32(mips.first), mips.weights, 0.0);
+         }",
+        &inputs,
+    );
+    for (&level, found) in inputs.iter().zip(found) {
+        let [first, fine, coarse, _] = found.map(f64::from);
+        let level = f64::from(level).min(32.0);
+        assert!(fine >= 0.0 && coarse >= 0.0 && fine + coarse == 1.0, "{level}: {found:?}");
+        assert_eq!(first, level.floor().min(31.0));
+        // 1 − share rounds by 2⁻²⁵.
+        assert!((first + coarse - level).abs() <= 3e-8, "{level}: {found:?}");
+    }
+}
+
 /// The changes of weights give back two steps in the triangle's plane: one of the asked width along the first edge, and one of that width
 /// across it. Tolerance: 60 roundings over the sine of the angle between the edges, twice (N enters squared).
 #[test]

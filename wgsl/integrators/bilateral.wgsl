@@ -18,6 +18,16 @@ const LEAST_ALIKE: f32 = 1e-3;
 const BILATERAL_RADIUS: i32 = 3;
 const BILATERAL_SIGMA: f32 = 1.5;
 
+/// How alike two pixels' surfaces are, 0 to 1 (`frame::upscale`).
+fn likeness(surface: GBufferSurface, other: GBufferSurface) -> f32 {
+    return surface_weight(
+        other.position - surface.position,
+        surface.depth,
+        surface.geometric_normal,
+        other.geometric_normal,
+    );
+}
+
 /// The red channel of `quarter` (one texel for every second pixel of every second row) at a pixel with a surface, from
 /// the four nearest texels; 1 if none of them has a surface.
 fn joint_upsampled(quarter: texture_2d<f32>, pixel: vec2<u32>, surface: GBufferSurface) -> f32 {
@@ -31,13 +41,7 @@ fn joint_upsampled(quarter: texture_2d<f32>, pixel: vec2<u32>, surface: GBufferS
         let texel = min(base + corner, size - 1u);
         let other = pixel_surface(min(2u * texel, view.size - 1u));
         if other.is_surface {
-            let alike = surface_weight(
-                other.position - surface.position,
-                surface.depth,
-                surface.geometric_normal,
-                other.geometric_normal,
-            );
-            let weight = bilinear_weight(corner, share) * (alike + LEAST_ALIKE);
+            let weight = bilinear_weight(corner, share) * (likeness(surface, other) + LEAST_ALIKE);
             sum += weight * textureLoad(quarter, texel, 0).r;
             total += weight;
         }
@@ -58,13 +62,8 @@ fn cross_bilateral(full: texture_2d<f32>, pixel: vec2<u32>, surface: GBufferSurf
             }
             let other = pixel_surface(vec2<u32>(at));
             if other.is_surface {
-                let alike = surface_weight(
-                    other.position - surface.position,
-                    surface.depth,
-                    surface.geometric_normal,
-                    other.geometric_normal,
-                );
-                let weight = gaussian_weight(vec2<f32>(f32(x), f32(y)), BILATERAL_SIGMA) * alike;
+                let near = gaussian_weight(vec2<f32>(f32(x), f32(y)), BILATERAL_SIGMA);
+                let weight = near * likeness(surface, other);
                 sum += weight * textureLoad(full, at, 0).r;
                 total += weight;
             }

@@ -19,7 +19,7 @@
 #import lucerna::components::voxels::grid::{VoxelGrid, face_normal, unpack_cell, world_from_grid}
 #import lucerna::fields::voxel_light::{LOOKUP_VALID, irradiance_at}
 #import lucerna::geometry::ray_offset::offset_ray_origin
-#import lucerna::light::next_event::irradiance_of_light
+#import lucerna::integrators::next_event::irradiance_of_sample
 #import lucerna::math::constants::{FLOAT_MAX, INV_PI, PI}
 #import lucerna::math::float::all_finite
 #import lucerna::math::frame::frame_from_normal
@@ -156,13 +156,7 @@ fn add_face_sample(
 /// shadows by `scene::visibility`. `u`: uniform in [0, 1)⁴.
 fn visible_irradiance(surface: Surface, u: vec4<f32>) -> vec3<f32> {
     let light = sample_light(surface.position, u);
-    let found = irradiance_of_light(
-        light.direction,
-        light.weight,
-        light.pdf,
-        surface.shading_normal,
-        surface.geometric_normal,
-    );
+    let found = irradiance_of_sample(surface, light);
     if !found.may_arrive {
         return found.light;
     }

@@ -6,6 +6,7 @@
 #define_import_path lucerna::scene::textures
 
 #import lucerna::color::srgb::linear_from_srgb
+#import lucerna::texture::footprint::mips_between
 #import lucerna::texture::wrap::wrap_texel
 #import lucerna::scene::data::{atlas, TextureSlot}
 #import lucerna::scene::data::{SLOT_MIRROR_U, SLOT_CLAMP_U, SLOT_MIRROR_V, SLOT_CLAMP_V, SLOT_NEAREST}
@@ -104,14 +105,11 @@ fn sample_linear(slot: TextureSlot, uv: vec2<f32>, level: u32) -> vec4<f32> {
 
 /// As [`sample_srgb`] at a fractional level: between the two nearest mips (trilinear). `level` ≥ 0.
 fn sample_srgb_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32> {
-    // Images have at most 2³² texels per side.
-    let base = min(u32(level), 31u);
-    let share = clamp(level - f32(base), 0.0, 1.0);
+    let mips = mips_between(level);
     var sum = vec4<f32>(0.0);
     for (var ix = 0u; ix < 2u; ix++) {
-        let weight = select(share, 1.0 - share, ix == 0u);
-        if weight > 0.0 {
-            sum += weight * sample_srgb(slot, uv, base + ix);
+        if mips.weights[ix] > 0.0 {
+            sum += mips.weights[ix] * sample_srgb(slot, uv, mips.first + ix);
         }
     }
     return sum;
@@ -119,13 +117,11 @@ fn sample_srgb_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32
 
 /// As [`sample_linear`] at a fractional level: between the two nearest mips. `level` ≥ 0.
 fn sample_linear_between(slot: TextureSlot, uv: vec2<f32>, level: f32) -> vec4<f32> {
-    let base = min(u32(level), 31u);
-    let share = clamp(level - f32(base), 0.0, 1.0);
+    let mips = mips_between(level);
     var sum = vec4<f32>(0.0);
     for (var ix = 0u; ix < 2u; ix++) {
-        let weight = select(share, 1.0 - share, ix == 0u);
-        if weight > 0.0 {
-            sum += weight * sample_linear(slot, uv, base + ix);
+        if mips.weights[ix] > 0.0 {
+            sum += mips.weights[ix] * sample_linear(slot, uv, mips.first + ix);
         }
     }
     return sum;

@@ -40,6 +40,11 @@ struct TriangleCorners {
     c: vec3<f32>,
 }
 
+/// The corner at this place, 0 to 2: a, b, c [m].
+fn corner_at(triangle: TriangleCorners, ix: u32) -> vec3<f32> {
+    return select(select(triangle.c, triangle.b, ix == 1u), triangle.a, ix == 0u);
+}
+
 /// A point of a surface, in world space.
 struct Surface {
     /// [m]

@@ -17,6 +17,22 @@ fn texture_level(texels_x: vec2<f32>, texels_y: vec2<f32>) -> f32 {
     return select(0.0, 0.5 * log2(square), square > 1.0);
 }
 
+/// Two mips to read for a fractional level of detail.
+struct MipPair {
+    /// The finer one; the other is the next.
+    first: u32,
+    /// Their weights, which sum to 1. A mip with the weight 0 need not exist.
+    weights: vec2<f32>,
+}
+
+/// The mips nearest to a level of detail, for trilinear filtering. `level` ≥ 0; beyond 32 (images have at most 2³² texels
+/// a side) the coarsest has all the weight.
+fn mips_between(level: f32) -> MipPair {
+    let first = min(u32(level), 31u);
+    let share = clamp(level - f32(first), 0.0, 1.0);
+    return MipPair(first, vec2<f32>(1.0 - share, share));
+}
+
 /// The footprint of a square of this width [m] on a triangle with the edges `to_b` = b − a and `to_c` = c − a [m]: with N = e₁ × e₂, a
 /// step d changes the weights by ((d × e₂)·N, (e₁ × d)·N)/N². Zeros for a triangle without area.
 fn footprint_of_width(to_b: vec3<f32>, to_c: vec3<f32>, width: f32) -> vec4<f32> {

@@ -63,6 +63,21 @@ impl CacheBuffers {
         })
     }
 
+    /// What a kernel that works on one level binds.
+    pub fn of_level(&self, level: u32) -> Bindings<'_> {
+        vec![
+            ("levels", (&self.levels).into()),
+            ("counts", (&self.counts[level as usize]).into()),
+            ("structure", (&self.structure).into()),
+            ("structure_before", (&self.structure_before).into()),
+            ("lights", (&self.lights).into()),
+            ("lights_before", (&self.lights_before).into()),
+            ("reflected", (&self.reflected).into()),
+            ("shown", (&self.shown).into()),
+            ("faults", (&self.faults).into()),
+        ]
+    }
+
     /// The bindings of kernels that look up light (`fields::voxel_light`): `reflected` or `shown`.
     pub fn field<'a>(&'a self, light: &'a wgpu::Buffer) -> Bindings<'a> {
         vec![

@@ -105,10 +105,8 @@ impl DepositPass {
             self.deposit
                 .call(pass)
                 .uniform("info", &DepositInfo { level, light_frames, reserved_a: 0, reserved_b: 0 })
-                .bind("levels", &buffers.levels)
-                .bind("counts", &buffers.counts[level as usize])
+                .with(buffers.of_level(level))
                 .bind("means", volume.means())
-                .bind("lights", &buffers.lights)
                 .dispatch(Dispatch::Indirect(voxelizer.counts(), RECORD_GROUPS_OFFSET));
         }
         Ok(())

@@ -40,8 +40,7 @@ impl GatherPass {
             .call(pass)
             .scene(scene.group())
             .uniform("info", info)
-            .bind("counts", &buffers.counts[info.level as usize])
-            .bind("lights", &buffers.lights)
+            .with(buffers.of_level(info.level))
             .with(buffers.field(&buffers.reflected))
             .with(self.visibility.bindings())
             .dispatch(records);

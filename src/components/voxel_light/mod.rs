@@ -12,16 +12,14 @@
 //! ([`DirectLight`]) with one of four [`WriteStrategy`]s, before the gathering.
 
 mod cache;
-mod carry;
 mod deposit;
 mod gather;
 mod inject;
+mod level_pass;
 mod levels;
-mod publish;
 pub(crate) mod setting;
 mod settings;
 mod structure;
-mod walls;
 mod write;
 
 use crate::bindings::lucerna::camera::primary_ray::Camera;
@@ -44,15 +42,15 @@ pub use crate::bindings::lucerna::components::voxel_light::cache::FaceLight;
 pub use crate::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
 pub use crate::bindings::lucerna::fields::voxel_accumulators::VoxelSample;
 pub use cache::CacheBuffers;
-pub use carry::{CarryInfo, CarryPass};
 pub use deposit::{DepositInfo, DepositPass};
 pub use gather::{GatherInfo, GatherPass};
 pub use inject::{Injection, InjectionSource, VoxelInjector};
+pub use level_pass::{
+    CarryInfo, CarryPass, LevelInfo, LevelPass, PublishInfo, PublishPass, WallsInfo, WallsPass,
+};
 pub use levels::VoxelReach;
-pub use publish::{PublishInfo, PublishPass};
 pub use settings::{Bounces, DirectLight, Levels, RaysInjected, VoxelLightSettings};
 pub use structure::sparse_grid;
-pub use walls::{WallsInfo, WallsPass};
 pub use write::{InjectError, RejectedSamples, VoxelIrradiance, WriteStrategy};
 
 /// The voxels' light could not be created, or could not be updated.

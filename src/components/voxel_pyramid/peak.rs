@@ -36,8 +36,7 @@ impl PeakPass {
                 self.kernel
                     .call(pass)
                     .uniform("info", &info)
-                    .bind("levels", &light.buffers().levels)
-                    .bind("counts", &light.buffers().counts[level as usize])
+                    .with(light.buffers().of_level(level))
                     .bind("irradiance", &light.buffers().reflected)
                     .bind("peak", &self.peak)
                     .dispatch(Dispatch::Indirect(voxelizer.counts(), RECORD_GROUPS_OFFSET));

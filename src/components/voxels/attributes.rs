@@ -87,15 +87,10 @@ impl VoxelAttributes {
                 brightest: scene.facts().brightest_emission,
                 reserved: 0,
             };
-            self.accumulate
-                .call(pass)
-                .scene(scene.group())
-                .uniform("grid", grid)
-                .uniform("range", &range)
-                .bind("work", voxelizer.work.first())
-                .bind("structure", voxelizer.structure())
-                .bind("sums", &self.sums)
-                .dispatch(voxelizer.work.pieces());
+            let accumulate = self.accumulate.call(pass).uniform("grid", grid);
+            let accumulate = accumulate.uniform("range", &range).bind("sums", &self.sums);
+            let accumulate = accumulate.bind("structure", voxelizer.structure());
+            voxelizer.work.dispatch(accumulate, scene);
             self.resolve
                 .call(pass)
                 .uniform("grid", grid)

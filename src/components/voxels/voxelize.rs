@@ -7,7 +7,8 @@ use super::grid::{VoxelError, VoxelGrid, n_bricks};
 use super::scan::{Scan, ScanPlan};
 use crate::bindings::kernels::voxels::count_work;
 use crate::gpu::{
-    ComputeKernel, ComputeRecorder, Dispatch, Gpu, GpuError, Recorder, Shaders, storage_buffer,
+    ComputeCall, ComputeKernel, ComputeRecorder, Dispatch, Gpu, GpuError, Recorder, Shaders,
+    storage_buffer,
 };
 use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec3;
@@ -108,14 +109,10 @@ impl Work {
             .dispatch(Dispatch::Groups(UVec3::ONE));
     }
 
-    /// The first piece of each triangle, and at the end the number of pieces.
-    pub(super) fn first(&self) -> &wgpu::Buffer {
-        &self.first
-    }
-
-    /// One invocation per piece.
-    pub(super) fn pieces(&self) -> Dispatch<'_> {
-        Dispatch::Indirect(&self.indirect, 0)
+    /// Records the call of a kernel that does one piece of work per invocation.
+    pub(super) fn dispatch<'c>(&'c self, call: ComputeCall<'c, '_>, scene: &'c dyn SceneSeam) {
+        let pieces = Dispatch::Indirect(&self.indirect, 0);
+        call.scene(scene.group()).bind("work", &self.first).dispatch(pieces);
     }
 }
 
@@ -192,13 +189,8 @@ impl Voxelizer {
         recorder.encoder().clear_buffer(bits, 0, None);
         let pass = &mut recorder.compute("voxels/voxelize");
         self.work.record(pass, scene, &self.grid, triangles);
-        self.mark
-            .call(pass)
-            .scene(scene.group())
-            .uniform("grid", &self.grid)
-            .bind("work", self.work.first())
-            .bind("bits", bits)
-            .dispatch(self.work.pieces());
+        let mark = self.mark.call(pass).uniform("grid", &self.grid).bind("bits", bits);
+        self.work.dispatch(mark, scene);
         let n = Dispatch::Items(n_bricks(&self.grid) + 1);
         self.count_bricks
             .call(pass)
@@ -281,13 +273,8 @@ impl TriangleCounter {
         recorder.encoder().clear_buffer(&self.counts, 0, None);
         let pass = &mut recorder.compute(self.count.name());
         self.work.record(pass, scene, &self.grid, triangles);
-        self.count
-            .call(pass)
-            .scene(scene.group())
-            .uniform("grid", &self.grid)
-            .bind("work", self.work.first())
-            .bind("counts", &self.counts)
-            .dispatch(self.work.pieces());
+        let count = self.count.call(pass).uniform("grid", &self.grid).bind("counts", &self.counts);
+        self.work.dispatch(count, scene);
         Ok(())
     }
 

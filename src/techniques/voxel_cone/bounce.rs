@@ -42,12 +42,8 @@ impl BouncePass {
             self.0
                 .call(pass)
                 .uniform("info", &info)
-                .bind("levels", &buffers.levels)
-                .bind("counts", &buffers.counts[level as usize])
-                .bind("structure", &buffers.structure)
+                .with(buffers.of_level(level))
                 .bind("records", attributes.records())
-                .bind("lights", &buffers.lights)
-                .bind("faults", &buffers.faults)
                 .with(pyramid.field())
                 .dispatch(Dispatch::Indirect(voxelizer.counts(), RECORD_GROUPS_OFFSET));
         }

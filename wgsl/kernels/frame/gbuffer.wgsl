@@ -11,7 +11,7 @@
 #import lucerna::geometry::barycentric::interpolate_vec3
 #import lucerna::scene::triangles::{triangle_corners, triangle_is_masked}
 #import lucerna::scene::surface::{filtered_surface_at, is_cut_away}
-#import lucerna::scene::types::seen_from
+#import lucerna::scene::types::{corner_at, seen_from}
 
 @group(1) @binding(0) var<uniform> view: FrameView;
 
@@ -22,13 +22,7 @@ struct Corner {
 
 @vertex
 fn corner(@builtin(vertex_index) vertex_ix: u32) -> Corner {
-    let triangle = triangle_corners(vertex_ix / 3u);
-    let corner_ix = vertex_ix % 3u;
-    let position = select(
-        select(triangle.c, triangle.b, corner_ix == 1u),
-        triangle.a,
-        corner_ix == 0u,
-    );
+    let position = corner_at(triangle_corners(vertex_ix / 3u), vertex_ix % 3u);
     return Corner(clip_position(view, position), vertex_ix / 3u);
 }
 

@@ -7,6 +7,7 @@
 
 #import lucerna::scene::triangles::{triangle_corners, triangle_is_masked}
 #import lucerna::scene::surface::is_cut_away
+#import lucerna::scene::types::corner_at
 #import lucerna::components::shadow_maps::shadow_map::{ShadowView, shadow_clip}
 
 @group(1) @binding(0) var<uniform> view: ShadowView;
@@ -19,13 +20,8 @@ struct Corner {
 
 @vertex
 fn corner(@builtin(vertex_index) vertex_ix: u32) -> Corner {
-    let triangle = triangle_corners(vertex_ix / 3u);
     let corner_ix = vertex_ix % 3u;
-    let position = select(
-        select(triangle.c, triangle.b, corner_ix == 1u),
-        triangle.a,
-        corner_ix == 0u,
-    );
+    let position = corner_at(triangle_corners(vertex_ix / 3u), corner_ix);
     let weights = vec2<f32>(select(0.0, 1.0, corner_ix == 1u), select(0.0, 1.0, corner_ix == 2u));
     return Corner(shadow_clip(view, position), vertex_ix / 3u, weights);
 }

@@ -28,8 +28,8 @@ struct CarryInfo {
 /// x: occupied voxels of the new structure.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
 @group(1) @binding(3) var<storage, read> structure_before: array<vec2<u32>>;
-@group(1) @binding(4) var<storage, read> before: array<FaceLight>;
-@group(1) @binding(5) var<storage, read_write> after: array<FaceLight>;
+@group(1) @binding(4) var<storage, read> lights_before: array<FaceLight>;
+@group(1) @binding(5) var<storage, read_write> lights: array<FaceLight>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -48,8 +48,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     for (var face = 0u; face < n_faces; face++) {
         var light: FaceLight;
         if slot_before != NO_SLOT {
-            light = without_rejection(before[level.first_record + slot_before * n_faces + face]);
+            light = without_rejection(lights_before[level.first_record + slot_before * n_faces + face]);
         }
-        after[level.first_record + slot * n_faces + face] = light;
+        lights[level.first_record + slot * n_faces + face] = light;
     }
 }

@@ -10,7 +10,7 @@
 //! Dispatch: indirect, from `voxels/work_groups`. Workgroup memory: none. Sums of integers do not
 //! depend on the order.
 
-#import lucerna::integrators::triangle_pieces::{n_pieces, triangle_piece}
+#import lucerna::integrators::triangle_pieces::{next_cell, walk_piece}
 #import lucerna::scene::triangles::triangle_corners
 #import lucerna::fields::voxel_structure::{n_slots, slot_in_grid}
 #import lucerna::geometry::barycentric::barycentrics_within
@@ -23,7 +23,7 @@
 #import lucerna::components::voxels::attributes::{sums_of_surface, weight_of_part, weights_of_part}
 #import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::grid::VoxelGrid
-#import lucerna::components::voxels::work::{GridTriangle, cells_of_column, triangle_meets_cell}
+#import lucerna::components::voxels::work::GridTriangle
 
 const WORKGROUP: u32 = 64u;
 
@@ -92,27 +92,15 @@ fn main(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let piece = group_of_dispatch(workgroup_id) * WORKGROUP + local;
-    if piece >= n_pieces() {
-        return;
-    }
     // Ranges beyond the last voxel have nothing to do.
     if range.first >= n_slots(grid) {
         return;
     }
-    let part = triangle_piece(grid, piece);
-    let axis = part.columns.axis;
-    for (var k = part.first; k < part.end; k++) {
-        let run = cells_of_column(part.triangle, part.columns, k);
-        var cell = run.xyz;
-        while cell[axis] < run.w {
-            if triangle_meets_cell(part.triangle, cell) {
-                let slot = slot_in_grid(grid, 0u, vec3<i32>(cell));
-                if slot != NO_SLOT && slot >= range.first && slot - range.first < range.n {
-                    add_triangle(part.triangle_ix, part.triangle, cell, slot);
-                }
-            }
-            cell[axis] += 1u;
+    var walk = walk_piece(grid, group_of_dispatch(workgroup_id) * WORKGROUP + local);
+    while next_cell(&walk) {
+        let slot = slot_in_grid(grid, 0u, vec3<i32>(walk.cell));
+        if slot != NO_SLOT && slot >= range.first && slot - range.first < range.n {
+            add_triangle(walk.piece.triangle_ix, walk.piece.triangle, walk.cell, slot);
         }
     }
 }

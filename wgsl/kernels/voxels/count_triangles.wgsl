@@ -7,10 +7,9 @@
 //! Dispatch: indirect, from `voxels/work_groups`. Workgroup memory: none. Sums of integers do not
 //! depend on the order.
 
-#import lucerna::integrators::triangle_pieces::{n_pieces, triangle_piece}
+#import lucerna::integrators::triangle_pieces::{next_cell, walk_piece}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::components::voxels::grid::VoxelGrid
-#import lucerna::components::voxels::work::{cells_of_column, triangle_meets_cell}
 
 const WORKGROUP: u32 = 64u;
 
@@ -23,20 +22,9 @@ fn main(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let piece = group_of_dispatch(workgroup_id) * WORKGROUP + local;
-    if piece >= n_pieces() {
-        return;
-    }
-    let part = triangle_piece(grid, piece);
-    let axis = part.columns.axis;
-    for (var k = part.first; k < part.end; k++) {
-        let run = cells_of_column(part.triangle, part.columns, k);
-        var cell = run.xyz;
-        while cell[axis] < run.w {
-            if triangle_meets_cell(part.triangle, cell) {
-                atomicAdd(&counts[(cell.z * grid.size.y + cell.y) * grid.size.x + cell.x], 1u);
-            }
-            cell[axis] += 1u;
-        }
+    var walk = walk_piece(grid, group_of_dispatch(workgroup_id) * WORKGROUP + local);
+    while next_cell(&walk) {
+        let cell = walk.cell;
+        atomicAdd(&counts[(cell.z * grid.size.y + cell.y) * grid.size.x + cell.x], 1u);
     }
 }

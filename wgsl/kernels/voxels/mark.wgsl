@@ -2,7 +2,8 @@
 //! Marks every cell that a triangle intersects, with one bit per cell.
 //!
 //! An invocation does one piece of work (see `components::voxels::work`) and finds its triangle by
-//! bisection.
+//! bisection. Columns and cells are two loops here: to mark is so little that `next_cell` of
+//! `integrators::triangle_pieces` makes it 1.7 times slower (lavapipe, 256³ cells).
 //!
 //! Dispatch: indirect, from `voxels/work_groups`. Workgroup memory: none. Bits are only ever set,
 //! so the result does not depend on the order.
