@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! lucerna's WGSL as data, for renderers that use it in their own frame.
 
+#[cfg(feature = "compose")]
+pub(crate) mod watch;
+
 use crate::shader::{
     Access, Binding, BindingKind, Dimension, EntryPoint, Interface, Resources, Stage, Texels,
     Variant,
@@ -139,7 +142,7 @@ pub fn library_of(variant: Variant) -> Library {
         library.insert(Source {
             import_path: module.import_path.to_owned(),
             file: module.file.into(),
-            text: Cow::Borrowed(module.source),
+            text: watch::text_of(module.file, module.source),
         });
     }
     library

@@ -175,6 +175,8 @@ pub enum Dispatch<'a> {
 #[derive(Debug)]
 struct Groups {
     name: &'static str,
+    /// `scan/add#main`: what runs when these groups are bound.
+    entries: Vec<String>,
     /// Bindings of groups 1 to 3.
     bindings: Vec<Binding>,
     layouts: [Option<wgpu::BindGroupLayout>; 4],
@@ -223,6 +225,7 @@ impl Groups {
     fn new(
         gpu: &Gpu,
         name: &'static str,
+        entries: &[(&str, &str)],
         interface: &Interface,
         scene: Option<&wgpu::BindGroupLayout>,
     ) -> Self {
@@ -241,7 +244,8 @@ impl Groups {
                     Some(layout_of(gpu, name, interface, group, stages, group != FIELDS));
             }
         }
-        Self { name, bindings, layouts, known: Mutex::default() }
+        let entries = entries.iter().map(|(kernel, entry)| format!("{kernel}#{entry}")).collect();
+        Self { name, entries, bindings, layouts, known: Mutex::default() }
     }
 
     fn pipeline_layout(&self, gpu: &Gpu) -> wgpu::PipelineLayout {
@@ -266,6 +270,8 @@ impl Groups {
         bound: &[(&str, Resource)],
         offered: &[(&str, Resource)],
     ) -> Vec<(u32, wgpu::BindGroup, Vec<u32>)> {
+        #[cfg(feature = "compose")]
+        crate::modules::watch::trace(self.entries.iter().cloned());
         let Self { name: kernel, .. } = self;
         for (name, _) in bound {
             let known = self.bindings.iter().any(|binding| binding.name == *name);
@@ -443,7 +449,8 @@ impl ComputeKernel {
         };
         let found = found.unwrap_or_else(|| panic!("{name} has no single entry point {entry:?}"));
         // An entry point gets the bindings of its whole module, whether it uses them or not.
-        let groups = Groups::new(gpu, name, &interface, scene.map(|scene| &scene.layout));
+        let entries = [(name, &*found.name)];
+        let groups = Groups::new(gpu, name, &entries, &interface, scene.map(|scene| &scene.layout));
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(name),
             layout: Some(&groups.pipeline_layout(gpu)),
@@ -587,7 +594,9 @@ impl RenderKernel {
                 None => interface.bindings.to_mut().push(binding.clone()),
             }
         }
-        let groups = Groups::new(gpu, fragment, &interface, scene.map(|scene| &scene.layout));
+        let both = [(vertex, &*entries[0]), (fragment, &*entries[1])];
+        let groups =
+            Groups::new(gpu, fragment, &both, &interface, scene.map(|scene| &scene.layout));
         let targets: Vec<_> = state
             .targets
             .iter()

@@ -3,6 +3,8 @@
 
 use super::Gpu;
 use crate::modules::kernel;
+#[cfg(feature = "compose")]
+use crate::modules::watch;
 use crate::shader::{Interface, Variant};
 use std::borrow::Cow;
 
@@ -89,7 +91,7 @@ impl Shaders {
         use crate::shader::{Budget, RAY_QUERY, Target};
 
         let row = kernel(name, self.variant);
-        if let (true, Some(row)) = (self.own.is_empty(), row)
+        if let (true, Some(row)) = (self.own.is_empty() && !watch::is_on(), row)
             && let Some(text) = row.composed
         {
             return (wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)), row.interface.clone());
@@ -99,13 +101,18 @@ impl Shaders {
         let source = match (own_kernel, row) {
             (Some(source), _) => source.clone(),
             (None, Some(row)) => {
-                Source { import_path: path, file: row.file.into(), text: Cow::Borrowed(row.source) }
+                let text = watch::text_of(row.file, row.source);
+                Source { import_path: path, file: row.file.into(), text }
             }
             (None, None) => panic!("there is no kernel `{name}`"),
         };
         let mut library = crate::library_of(self.variant);
         for module in self.own.iter().filter(|module| module.import_path != source.import_path) {
             library.insert(module.clone());
+        }
+        if let Ok(dependencies) = library.dependencies(&source) {
+            let files = dependencies.iter().copied().chain([&source]);
+            watch::trace(files.map(|of| of.file.display().to_string()));
         }
         let budget = (!self.variant.has(RAY_QUERY)).then_some(Budget::BASELINE);
         let target = Target { capabilities: self.variant.capabilities(), budget };

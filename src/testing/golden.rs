@@ -2,6 +2,7 @@
 //! Inputs and outputs of tests as files, for tests in other languages.
 
 use super::{Tolerance, wgsl_of};
+use crate::modules::watch::{binary_name, test_name};
 use crate::shader::Composed;
 use bytemuck::NoUninit;
 use naga::{Handle, Module, ScalarKind, Type, TypeInner};
@@ -26,15 +27,6 @@ fn folder() -> Option<PathBuf> {
     std::env::var_os("LUCERNA_GOLDEN").filter(|folder| !folder.is_empty()).map(PathBuf::from)
 }
 
-/// The running test's name: test runners name the thread after it, or pass it as an argument.
-fn test_name() -> String {
-    let thread = std::thread::current();
-    let name = thread.name().filter(|name| *name != "main").map(str::to_owned);
-    let mut arguments = std::env::args().skip_while(|argument| argument != "--exact").skip(1);
-    let name = name.or_else(|| arguments.next()).unwrap_or_else(|| "main".into());
-    name.replace("::", ".").replace(|c: char| !c.is_alphanumeric() && !"._-".contains(c), "_")
-}
-
 /// Writes a call of `map`.
 pub(super) fn write_map<I: NoUninit, O: NoUninit>(
     wgsl: &str,
@@ -47,11 +39,7 @@ pub(super) fn write_map<I: NoUninit, O: NoUninit>(
     let call = N_CALLS.get();
     N_CALLS.set(call + 1);
     let name = test_name();
-    let binary = std::env::current_exe().unwrap_or_default();
-    let binary = binary.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    // Cargo's hash of the build is not part of the name.
-    let target = binary.rsplit_once('-').map_or(binary.as_str(), |(target, _)| target);
-    let file = folder.join(target).join(format!("{name}-{call}.json"));
+    let file = folder.join(binary_name()).join(format!("{name}-{call}.json"));
     let fields = |variable| fields_of(&composed.module, variable);
     let (of_input, of_output) = (fields("harness_inputs"), fields("harness_outputs"));
     let value = json!({

@@ -44,6 +44,7 @@ mod random;
 mod statistics;
 
 use crate::gpu::{AdapterChoice, Gpu, Recorder};
+use crate::modules::watch;
 use crate::shader::{Composed, Library, Source, Target};
 use bytemuck::{AnyBitPattern, NoUninit};
 use std::sync::OnceLock;
@@ -241,7 +242,11 @@ fn composed(library: &Library, text: &str) -> Composed {
         file: "test.wgsl".into(),
         text: text.to_owned().into(),
     };
-    library.compose(&source, Target::default()).unwrap_or_else(|problems| panic!("{}", problems[0]))
+    if let Ok(dependencies) = library.dependencies(&source) {
+        watch::trace(dependencies.iter().map(|of| of.file.display().to_string()));
+    }
+    let composed = library.compose(&source, Target::default());
+    composed.unwrap_or_else(|problems| panic!("the test's WGSL does not compose:\n{}", problems[0]))
 }
 
 /// As text, so that the driver gets what a host without naga's IR would pass.

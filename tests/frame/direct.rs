@@ -7,7 +7,7 @@ use crate::support::{
 };
 use crate::whole::{Rendered, accumulated, render};
 use glam::{DVec2, DVec3, UVec2, Vec3};
-use lucerna::frame::ViewSettings;
+use lucerna::frame::{DirectSettings, ViewSettings};
 use lucerna::gpu_scene::{GpuScene, RaySource};
 use lucerna::scene::{AlphaMode, Camera, Light, LoadLimits, Material, Projection, Scene, Sky};
 use lucerna::settings;
@@ -58,8 +58,18 @@ fn point_light_over_a_plane() {
 
 /// Mean over pixels and 16 seeds with its standard error, in the first colour.
 fn mean_and_error(world: &Scene, size: UVec2, n_frames: u32, n_samples: u32) -> (f64, f64) {
+    let direct = settings!(DirectSettings { n_samples, ..Default::default() });
+    mean_and_error_of(world, size, n_frames, direct)
+}
+
+fn mean_and_error_of(
+    world: &Scene,
+    size: UVec2,
+    n_frames: u32,
+    direct: DirectSettings,
+) -> (f64, f64) {
     let on_gpu = diffuse(world);
-    let mut found = Rendered::new(&on_gpu, size, n_samples);
+    let mut found = Rendered::with(&on_gpu, size, direct);
     let means: Vec<f64> = (0..16)
         .map(|seed| {
             let settings = accumulated(n_frames, seed);
@@ -88,6 +98,20 @@ fn check_mean(what: &str, world: &Scene, expected: f64) {
 fn uniform_sky_over_a_plane() {
     let sky = Sky::Constant(Vec3::splat(0.7));
     check_mean("sky", &Scene { sky, ..plane() }, 0.7f32.into());
+}
+
+/// However many samples are drawn of lights and of reflections, the mean is the same.
+#[test]
+fn any_number_of_samples_has_the_same_mean() {
+    let world = Scene { sky: Sky::Constant(Vec3::splat(0.7)), ..plane() };
+    for (n_samples, n_bsdf_samples) in [(1, 0), (0, 1), (0, 3), (1, 1), (1, 2), (2, 3), (4, 4)] {
+        let direct = settings!(DirectSettings { n_samples, n_bsdf_samples, ..Default::default() });
+        let (mean, error) = mean_and_error_of(&world, UVec2::splat(16), 4, direct);
+        let what = format!("{n_samples} of lights, {n_bsdf_samples} of reflections");
+        assert!(error < 0.005, "{what}: too noisy, {mean} ± {error}");
+        let off = (mean - 0.7).abs();
+        assert!(off < 5.0 * error + 7e-5, "{what}: {mean} ± {error}, expected 0.7");
+    }
 }
 
 /// The same sky as an image.
@@ -128,6 +152,41 @@ fn emissive_quad_over_a_plane() {
         }
         check_mean(what, &world, 2.0 * factor);
     }
+}
+
+/// A point light and two unequal lamps together give the sum of what each gives alone: lamps are drawn from an alias table
+/// of their own, beside that of all lights. Bounds as in [`check_mean`], with the errors of all parts.
+#[test]
+fn lights_add_up() {
+    let with = |parts: &[usize]| {
+        let mut world = plane();
+        for part in parts {
+            match part {
+                0 => world.lights.push(Light::Point {
+                    position: Vec3::new(0.3, 0.6, 0.1),
+                    intensity: Vec3::splat(1.0),
+                    range: None,
+                }),
+                _ => {
+                    let (half, height, radiance) = [(0.1, 0.8, 30.0), (1.5, 2.0, 0.5)][part - 1];
+                    world.materials.push(emitter([radiance; 3]));
+                    world.meshes.push(ceiling(half, height, world.materials.len() - 1));
+                    let mesh = world.meshes.len() - 1;
+                    let world_from_object = glam::Affine3A::IDENTITY;
+                    world.instances.push(lucerna::scene::Instance { mesh, world_from_object });
+                }
+            }
+        }
+        mean_and_error(&world, UVec2::splat(16), 4, 4)
+    };
+    // The small lamp hides nothing of the plane, and a little of the large one.
+    let alone = [[0usize].as_slice(), &[1, 2]].map(with);
+    let (sum, error) = with(&[0, 1, 2]);
+    let expected: f64 = alone.iter().map(|(mean, _)| mean).sum();
+    let errors = alone.iter().map(|(_, error)| error * error).sum::<f64>() + error * error;
+    let bound = 5.0 * errors.sqrt() + 1e-4 * expected;
+    assert!(bound < 0.015 * expected, "too noisy: {sum}, bound {bound}");
+    assert!((sum - expected).abs() < bound, "{sum}, expected {expected} ± {bound} ({alone:?})");
 }
 
 /// More punctual lights than are looped over: they are drawn, and the mean is the same.

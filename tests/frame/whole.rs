@@ -55,7 +55,10 @@ fn render_with(
 impl Rendered {
     /// Nothing yet; compiled once for any number of [`Self::run`]s.
     pub fn new(world: &GpuScene, size: UVec2, n_samples: u32) -> Self {
-        let direct = settings!(DirectSettings { n_samples, ..Default::default() });
+        Self::with(world, size, settings!(DirectSettings { n_samples, ..Default::default() }))
+    }
+
+    pub fn with(world: &GpuScene, size: UVec2, direct: DirectSettings) -> Self {
         let passes = FramePasses::new(gpu(), world, size, direct).unwrap();
         Self { size, passes, view: View::new(size), sums: Vec::new(), n_rejected: 0 }
     }

@@ -138,6 +138,37 @@ fn image_sky_seen_directly() {
     }
 }
 
+/// Without a floor: the whole sphere of an image sky, its poles included, is the image's. Six faces of a cube, each pixel
+/// the mean of the oracle over it; 6 standard errors.
+#[test]
+fn image_sky_is_seen_to_both_poles() {
+    let rgb = patch();
+    let mut world = scene(vec![floor(0.001, -1000.0, 0)], vec![lambert(ALBEDO)]);
+    world.sky = Sky::Image { width: WIDTH, height: HEIGHT, rgb: rgb.clone() };
+    let world = diffuse(&world);
+    for forward in [Vec3::Y, Vec3::NEG_Y, Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z] {
+        let right = forward.cross(if forward.y != 0.0 { Vec3::X } else { Vec3::Y }).normalize();
+        let camera = Camera {
+            name: String::new(),
+            position: Vec3::Y,
+            forward,
+            up: right.cross(forward),
+            projection: Projection::Perspective { vertical_fov: std::f32::consts::FRAC_PI_2 },
+        };
+        let settings = settings(15, 15, 0);
+        let (ahead, right, up) = (forward.as_dvec3(), right.as_dvec3(), camera.up.as_dvec3());
+        let truth = over_pixels(settings.size, |p| {
+            oracle(&rgb, (ahead + p.x * right - p.y * up).normalize())
+        });
+        let found = batches(&world, &camera, &settings, 512).estimate(Channel::Emitted);
+        for (ix, &expected) in truth.iter().enumerate() {
+            let off = (found.pixels[ix] - expected).abs() - 6.0 * found.pixel_errors[ix];
+            let pixel = found.pixels[ix];
+            assert!(off.max_element() < 1e-3, "{forward}, pixel {ix}: {pixel}, expected {expected}");
+        }
+    }
+}
+
 /// Whether a pixel lies wholly more than 0.5° below the horizon (the floor ends at 1000 m).
 fn p_below(ix: usize, direction: &impl Fn(f64, f64) -> DVec3) -> bool {
     let (x, y) = ((ix % 16) as f64, (ix / 16) as f64);
