@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! lucerna's WGSL as data, for renderers that use it in their own frame.
 
-#[cfg(feature = "compose")]
+#[cfg(feature = "testing")]
 pub(crate) mod watch;
 
 use crate::shader::{
@@ -70,6 +70,18 @@ pub struct Kernel {
 /// # }
 /// ```
 pub const WGSL_DIR: &str = concat!(env!("OUT_DIR"), "/lucerna");
+
+/// The text of a file under `wgsl/`. (With the feature `testing` a fault may be planted in it.)
+#[cfg(feature = "compose")]
+pub(crate) fn text_of(file: &str, text: &'static str) -> Cow<'static, str> {
+    #[cfg(feature = "testing")]
+    return watch::text_of(file, text);
+    #[cfg(not(feature = "testing"))]
+    {
+        let _ = file;
+        Cow::Borrowed(text)
+    }
+}
 
 const fn variant_of(bytes: [u8; 8]) -> Variant {
     match Variant::from_bytes(bytes) {
@@ -142,7 +154,7 @@ pub fn library_of(variant: Variant) -> Library {
         library.insert(Source {
             import_path: module.import_path.to_owned(),
             file: module.file.into(),
-            text: watch::text_of(module.file, module.source),
+            text: text_of(module.file, module.source),
         });
     }
     library

@@ -176,6 +176,7 @@ pub enum Dispatch<'a> {
 struct Groups {
     name: &'static str,
     /// `scan/add#main`: what runs when these groups are bound.
+    #[cfg(feature = "testing")]
     entries: Vec<String>,
     /// Bindings of groups 1 to 3.
     bindings: Vec<Binding>,
@@ -225,7 +226,7 @@ impl Groups {
     fn new(
         gpu: &Gpu,
         name: &'static str,
-        entries: &[(&str, &str)],
+        _entries: &[(&str, &str)],
         interface: &Interface,
         scene: Option<&wgpu::BindGroupLayout>,
     ) -> Self {
@@ -244,8 +245,14 @@ impl Groups {
                     Some(layout_of(gpu, name, interface, group, stages, group != FIELDS));
             }
         }
-        let entries = entries.iter().map(|(kernel, entry)| format!("{kernel}#{entry}")).collect();
-        Self { name, entries, bindings, layouts, known: Mutex::default() }
+        Self {
+            name,
+            #[cfg(feature = "testing")]
+            entries: _entries.iter().map(|(kernel, entry)| format!("{kernel}#{entry}")).collect(),
+            bindings,
+            layouts,
+            known: Mutex::default(),
+        }
     }
 
     fn pipeline_layout(&self, gpu: &Gpu) -> wgpu::PipelineLayout {
@@ -270,7 +277,7 @@ impl Groups {
         bound: &[(&str, Resource)],
         offered: &[(&str, Resource)],
     ) -> Vec<(u32, wgpu::BindGroup, Vec<u32>)> {
-        #[cfg(feature = "compose")]
+        #[cfg(feature = "testing")]
         crate::modules::watch::trace(self.entries.iter().cloned());
         let Self { name: kernel, .. } = self;
         for (name, _) in bound {

@@ -3,7 +3,7 @@
 
 use super::Gpu;
 use crate::modules::kernel;
-#[cfg(feature = "compose")]
+#[cfg(feature = "testing")]
 use crate::modules::watch;
 use crate::shader::{Interface, Variant};
 use std::borrow::Cow;
@@ -91,7 +91,11 @@ impl Shaders {
         use crate::shader::{Budget, RAY_QUERY, Target};
 
         let row = kernel(name, self.variant);
-        if let (true, Some(row)) = (self.own.is_empty() && !watch::is_on(), row)
+        #[cfg(feature = "testing")]
+        let is_built = self.own.is_empty() && !watch::is_on();
+        #[cfg(not(feature = "testing"))]
+        let is_built = self.own.is_empty();
+        if let (true, Some(row)) = (is_built, row)
             && let Some(text) = row.composed
         {
             return (wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)), row.interface.clone());
@@ -101,7 +105,7 @@ impl Shaders {
         let source = match (own_kernel, row) {
             (Some(source), _) => source.clone(),
             (None, Some(row)) => {
-                let text = watch::text_of(row.file, row.source);
+                let text = crate::modules::text_of(row.file, row.source);
                 Source { import_path: path, file: row.file.into(), text }
             }
             (None, None) => panic!("there is no kernel `{name}`"),
@@ -110,6 +114,7 @@ impl Shaders {
         for module in self.own.iter().filter(|module| module.import_path != source.import_path) {
             library.insert(module.clone());
         }
+        #[cfg(feature = "testing")]
         if let Ok(dependencies) = library.dependencies(&source) {
             let files = dependencies.iter().copied().chain([&source]);
             watch::trace(files.map(|of| of.file.display().to_string()));

@@ -164,7 +164,10 @@ fn image_sky_is_seen_to_both_poles() {
         for (ix, &expected) in truth.iter().enumerate() {
             let off = (found.pixels[ix] - expected).abs() - 6.0 * found.pixel_errors[ix];
             let pixel = found.pixels[ix];
-            assert!(off.max_element() < 1e-3, "{forward}, pixel {ix}: {pixel}, expected {expected}");
+            assert!(
+                off.max_element() < 1e-3,
+                "{forward}, pixel {ix}: {pixel}, expected {expected}"
+            );
         }
     }
 }
