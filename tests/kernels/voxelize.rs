@@ -5,8 +5,8 @@ use crate::harness::{Random, gpu, map, read, submit};
 use crate::rays::{random_triangles, soup};
 use glam::{DVec3, UVec3, Vec3};
 use lucerna::components::voxels::{
-    BRICK, Resolution, TriangleCounter, Triangles, VoxelCounts, VoxelError, VoxelGrid, Voxelizer,
-    capacity_limit, grid_for_bounds, n_bricks,
+    BRICK, RasterMethod, RasterVoxelizer, Resolution, TriangleCounter, Triangles, VoxelCounts,
+    VoxelError, VoxelGrid, Voxelizer, capacity_limit, grid_for_bounds, n_bricks,
 };
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::scene::{Instance, Scene};
@@ -258,6 +258,123 @@ fn voxelize_soups_in_odd_boxes() {
             check(&triangles, grid);
         }
     }
+}
+
+/// The cells that a rasterising voxelizer marks.
+fn rastered(scene: &GpuScene, grid: VoxelGrid, method: RasterMethod) -> Vec<bool> {
+    let raster = RasterVoxelizer::new(gpu(), scene, grid, method).unwrap();
+    // Twice: the second time begins anew.
+    for _ in 0..2 {
+        submit(|recorder| raster.record(recorder, scene).unwrap());
+    }
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read(raster.bits()));
+    let mut marked = vec![false; grid.size.element_product() as usize];
+    for (brick, word) in (0..n_bricks(&grid)).zip(words) {
+        let at = UVec3::new(
+            brick % grid.bricks.x,
+            brick / grid.bricks.x % grid.bricks.y,
+            brick / (grid.bricks.x * grid.bricks.y),
+        );
+        for bit in (0..32).filter(|bit| word >> bit & 1 == 1) {
+            let cell = at * BRICK + UVec3::new(bit % 4, bit / 4 % 4, bit / 16);
+            assert!(cell.cmplt(grid.size).all(), "{cell} is outside {}", grid.size);
+            marked[cell_ix(&grid, cell)] = true;
+        }
+    }
+    marked
+}
+
+/// Cells that the lines through the middles of columns along these axes meet a triangle in: surely, which is at least 0.01
+/// cells (a rasteriser's snapping is 1/256) away from an edge of the triangle and from the next cell.
+fn crossed(
+    grid: &VoxelGrid,
+    triangles: &[[Vec3; 3]],
+    axes: impl Fn(DVec3) -> Vec<usize>,
+) -> Vec<bool> {
+    const MARGIN: f64 = 0.01;
+    let mut out = vec![false; grid.size.element_product() as usize];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|p| ((p - grid.origin) / grid.cell).as_dvec3());
+        let normal = (b - a).cross(c - a);
+        for axis in axes(normal) {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let flat = |p: DVec3| glam::DVec2::new(p[u], p[v]);
+            let area = (flat(b) - flat(a)).perp_dot(flat(c) - flat(a));
+            if area.abs() < 1e-3 {
+                continue;
+            }
+            for x in 0..grid.size[u] {
+                for y in 0..grid.size[v] {
+                    let at = glam::DVec2::new(f64::from(x), f64::from(y)) + 0.5;
+                    let edges = [(a, b), (b, c), (c, a)];
+                    let is_inside = edges.iter().all(|&(from, to)| {
+                        let edge = flat(to) - flat(from);
+                        edge.perp_dot(at - flat(from)) * area.signum() > MARGIN * edge.length()
+                    });
+                    let off = at - flat(a);
+                    let depth = a[axis] - (normal[u] * off.x + normal[v] * off.y) / normal[axis];
+                    // Snapping moves the point by up to 1/256 on a plane with this slope.
+                    let slope = (normal[u].abs() + normal[v].abs()) / normal[axis].abs();
+                    let reach = MARGIN * (1.0 + slope);
+                    if !is_inside || (depth - reach).floor() != (depth + reach).floor() {
+                        continue;
+                    }
+                    if depth > 0.0 && depth < f64::from(grid.size[axis]) {
+                        let mut cell = UVec3::ZERO;
+                        (cell[u], cell[v], cell[axis]) = (x, y, depth as u32);
+                        out[cell_ix(grid, cell)] = true;
+                    }
+                }
+            }
+        }
+    }
+    out
+}
+
+/// The rasterising voxelizers, in boxes whose sides are and are not multiples of a brick's: rectangles mark what the exact
+/// one marks; pictures along axes mark the cells that columns' middles meet; nothing marks a cell that no triangle is near.
+#[test]
+fn rasterising_voxelizers_mark_what_they_say() {
+    let mut n_tested = 0;
+    for (k, size) in [[8, 8, 4], [7, 13, 9], [33, 20, 31]].into_iter().enumerate() {
+        for triangle_size in [3.0, 8.0] {
+            let triangles = random_triangles(300, triangle_size, 300 + k as u64);
+            let size = UVec3::from_array(size);
+            let grid = grid(Vec3::splat(-6.0), Vec3::splat(6.0), Resolution::Size(size));
+            let scene = on_gpu(&soup(&triangles));
+            let expected = oracle(&grid, &triangles);
+            let what = format!("{size}, triangles of {triangle_size} m");
+            let marked = rastered(&scene, grid, RasterMethod::BoundingQuad);
+            for (ix, &is_marked) in marked.iter().enumerate() {
+                let (low, high) = (expected.low[ix] > 0, expected.high[ix] > 0);
+                assert!(is_marked >= low && is_marked <= high, "rectangles, {what}: cell {ix}");
+            }
+            let dominant = |normal: DVec3| vec![normal.abs().max_position()];
+            let methods: [(_, Box<dyn Fn(DVec3) -> Vec<usize>>); 2] = [
+                (RasterMethod::ThreeAxes, Box::new(|_| vec![0, 1, 2])),
+                (RasterMethod::DominantAxis, Box::new(dominant)),
+            ];
+            for (method, axes) in methods {
+                let marked = rastered(&scene, grid, method);
+                let surely = crossed(&grid, &triangles, axes);
+                let n_sure = surely.iter().filter(|&&is| is).count();
+                println!("{method:?}, {what}: {n_sure} cells are surely met");
+                n_tested += n_sure;
+                let n_marked = marked.iter().filter(|&&is| is).count();
+                let mut n_beside = 0;
+                for ix in 0..marked.len() {
+                    assert!(marked[ix] || !surely[ix], "{method:?}, {what}: cell {ix} is missed");
+                    n_beside += usize::from(marked[ix] && expected.high[ix] == 0);
+                }
+                // Snapping may carry a fragment at an edge into the next cell.
+                assert!(
+                    50 * n_beside <= n_marked,
+                    "{method:?}, {what}: {n_beside} of {n_marked} are not met"
+                );
+            }
+        }
+    }
+    assert!(n_tested > 1000, "{n_tested}");
 }
 
 /// The rule of borders: what touches a cell meets it. All numbers are small multiples of ½, where
