@@ -349,12 +349,11 @@ fn rasterising_voxelizers_mark_what_they_say() {
                 let (low, high) = (expected.low[ix] > 0, expected.high[ix] > 0);
                 assert!(is_marked >= low && is_marked <= high, "rectangles, {what}: cell {ix}");
             }
-            let dominant = |normal: DVec3| vec![normal.abs().max_position()];
-            let methods: [(_, Box<dyn Fn(DVec3) -> Vec<usize>>); 2] = [
-                (RasterMethod::ThreeAxes, Box::new(|_| vec![0, 1, 2])),
-                (RasterMethod::DominantAxis, Box::new(dominant)),
-            ];
-            for (method, axes) in methods {
+            for method in [RasterMethod::ThreeAxes, RasterMethod::DominantAxis] {
+                let axes = |normal: DVec3| match method {
+                    RasterMethod::ThreeAxes => vec![0, 1, 2],
+                    _ => vec![normal.abs().max_position()],
+                };
                 let marked = rastered(&scene, grid, method);
                 let surely = crossed(&grid, &triangles, axes);
                 let n_sure = surely.iter().filter(|&&is| is).count();
