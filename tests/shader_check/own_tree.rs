@@ -56,6 +56,36 @@ fn the_tree_passes_and_the_crate_holds_what_it_gave() {
     assert_eq!(held, checked);
 }
 
+/// Every entry point is in `docs/kernel-tests.md` (which `scripts/mutants --kernels` writes from what tests dispatch), with
+/// a test that runs it, and the tests that the table names are there.
+#[test]
+fn every_entry_point_is_run_by_a_test() {
+    let table = fs::read_to_string(root().join("docs/kernel-tests.md")).unwrap();
+    let rows: BTreeMap<&str, Vec<&str>> = table
+        .lines()
+        .filter_map(|line| line.strip_prefix("| `")?.split_once("` | "))
+        .map(|(entry, cells)| (entry, cells.trim_end_matches(" |").split(" | ").collect()))
+        .collect();
+    let expected: BTreeSet<String> = lucerna::kernels()
+        .iter()
+        .flat_map(|k| {
+            k.interface.entry_points.iter().map(|entry| format!("{}#{}", k.name, entry.name))
+        })
+        .collect();
+    let found: BTreeSet<String> = rows.keys().map(|&entry| entry.to_owned()).collect();
+    assert_eq!(found, expected, "run scripts/mutants --kernels");
+    for (entry, cells) in rows {
+        assert!(cells.iter().any(|&cell| cell != "-"), "no test runs {entry}");
+        for test in cells[0].split(", ").filter(|&test| test != "-") {
+            let (file, name) = test.trim_matches('`').split_once("::").unwrap();
+            let file = root().join(format!("tests/kernels/{file}.rs"));
+            let text = fs::read_to_string(&file).unwrap();
+            let is_there = text.contains(&format!("fn {name}("));
+            assert!(is_there, "{entry}: {} has no test {name}", file.display());
+        }
+    }
+}
+
 /// Each combination of the axes that a kernel meets is there once, and only those: a table made by hand for kernels whose
 /// axes depend on each other.
 #[test]
