@@ -54,10 +54,15 @@ fn data_of(item: Item, path: &[String], tree: &CheckedTree) -> Option<Item> {
             document(&mut of.attrs, text_of(tree, path), &format!("const {}:", of.ident));
             Some(Item::Const(of))
         }
-        Item::Impl(of) if !has_wgpu(&of) => Some(Item::Impl(of)),
+        // A constructor that asks for padding is no interface.
+        Item::Impl(of) if !has_wgpu(&of) && !has_padding(&of) => Some(Item::Impl(of)),
         Item::Use(of) => Some(Item::Use(of)),
         _ => None,
     }
+}
+
+fn has_padding(item: &impl ToTokens) -> bool {
+    item.to_token_stream().to_string().contains("reserved")
 }
 
 fn has_wgpu(item: &impl ToTokens) -> bool {

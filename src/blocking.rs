@@ -2,7 +2,7 @@
 //! Functions that wait for the GPU, for programs and tests. Nothing else in the library waits.
 
 use crate::frame::{DirectSettings, FrameError, FramePasses, View, ViewSettings};
-use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder};
+use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder, check_picture};
 use crate::scene::Camera;
 use crate::seam::{Mismatch, SceneSeam};
 use crate::techniques::reference::{
@@ -73,6 +73,7 @@ pub fn read_film(gpu: &Gpu, film: &Film) -> Result<Vec<PixelSums>, LostGpu> {
 
 /// Progress of a rendering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Progress {
     /// Pixel samples (or frames) done.
     pub done: u64,
@@ -82,6 +83,7 @@ pub struct Progress {
 
 /// Statistics of a rendering.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RenderStats {
     /// Samples that every pixel has received.
     pub n_samples: u32,
@@ -106,6 +108,9 @@ pub enum ReferenceError {
     /// The scene differs from the one that the path tracer was compiled for.
     #[error(transparent)]
     Mismatch(#[from] Mismatch),
+    /// The picture is empty or too large.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
     /// The device was lost.
     #[error(transparent)]
     Lost(#[from] LostGpu),
@@ -146,7 +151,7 @@ const MAX_SUMMED: u32 = 1024;
 /// `keep_going` is called after each dispatch; once it returns false, the picture is left as it is.
 ///
 /// # Errors
-/// [`ReferenceError`]: the device was lost, or a pixel has not received its samples.
+/// [`ReferenceError`]: the picture is empty or too large, the device was lost, or a pixel has not received its samples.
 pub fn render_reference(
     gpu: &Gpu,
     scene: &dyn SceneSeam,
@@ -155,6 +160,7 @@ pub fn render_reference(
     n_samples: u32,
     mut keep_going: impl FnMut(Progress) -> bool,
 ) -> Result<(Vec<PixelSums>, RenderStats), ReferenceError> {
+    check_picture(gpu, settings.size)?;
     let tracer = PathTracer::new(gpu, scene);
     let n_pixels = u64::from(settings.size.x) * u64::from(settings.size.y);
     let n_lanes = (PIXELS_AT_ONCE / n_pixels).clamp(1, MAX_LANES) as u32;
@@ -277,6 +283,7 @@ pub fn read_path_counts(gpu: &Gpu, unfinished: &UnfinishedPaths) -> Result<PathC
 
 /// Statistics of rendered frames.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct FrameStats {
     /// Frames that were accumulated.
     pub n_frames: u32,
@@ -372,18 +379,20 @@ pub fn render_frames_with(
     let started = Instant::now();
     let n_frames = what.view.n_accumulated.max(1);
     let total = u64::from(what.n_warm_up) + u64::from(n_frames);
+    let mut stops = false;
     for done in 1..=u64::from(what.n_warm_up) {
         view.advance(scene, camera, &what.view);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         passes.update(&mut Recorder::new(gpu, &mut encoder), scene, &view, technique)?;
         gpu.queue.submit([encoder.finish()]);
         wait(gpu)?;
-        if !keep_going(Progress { done, total }) {
+        stops = !keep_going(Progress { done, total });
+        if stops {
             break;
         }
     }
     view.restart();
-    while stats.n_frames < n_frames && !stats.stopped {
+    loop {
         view.advance(scene, camera, &what.view);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         if let Some(timers) = &mut timers {
@@ -409,8 +418,11 @@ pub fn render_frames_with(
         }
         stats.n_frames += 1;
         let done = u64::from(what.n_warm_up) + u64::from(stats.n_frames);
-        let progress = Progress { done, total };
-        stats.stopped = !keep_going(progress) && stats.n_frames < n_frames;
+        let goes_on = keep_going(Progress { done, total });
+        if stops || stats.n_frames == n_frames || !goes_on {
+            stats.stopped = stops || stats.n_frames < n_frames;
+            break;
+        }
     }
     stats.wall_time = started.elapsed();
     let faults = read_buffer(gpu, passes.direct.faults())?;
@@ -435,6 +447,9 @@ pub fn read_timers(
 ///
 /// # Errors
 /// The device was lost.
+///
+/// # Panics
+/// If the stat's offset is not within its buffer.
 pub fn read_stat(gpu: &Gpu, stat: &Stat) -> Result<u64, LostGpu> {
     match &stat.source {
         StatSource::Known(number) => Ok(*number),

@@ -39,7 +39,7 @@ impl Film {
     /// As [`Self::new`], with `n_lanes` (at least 1) sums for each pixel, which share its samples. Without lanes, small
     /// pictures have too few pixels to fill a device.
     pub fn with_lanes(gpu: &Gpu, size: UVec2, n_lanes: u32) -> Self {
-        let rows = (STRIPE_PIXELS / (size.x * n_lanes)).max(1);
+        let rows = (STRIPE_PIXELS / (size.x * n_lanes).max(1)).max(1);
         let stripes = (0..size.y)
             .step_by(rows as usize)
             .map(|first_row| {
@@ -100,6 +100,9 @@ impl LongSums {
     }
 
     /// Adds a film's sums, pixel by pixel, `n_lanes` for each.
+    ///
+    /// # Panics
+    /// If `n_lanes` is 0, or there are more sums than pixels.
     pub fn add(&mut self, sums: &[PixelSums], n_lanes: u32) {
         for (ix, pixel) in sums.iter().enumerate() {
             let ix = ix / n_lanes as usize;
@@ -170,11 +173,15 @@ pub enum Channel {
 }
 
 /// Turns sums into a picture: means over samples; for normal and depth, over the samples that hit a surface.
+///
+/// # Panics
+/// If there is not one sum for each pixel ([`LongSums`] adds up lanes).
 pub fn resolve(sums: &[PixelSums], size: UVec2, channel: Channel) -> Picture {
+    assert_eq!(sums.len(), size.element_product() as usize, "sums for {size} pixels");
     let rgb = sums
         .iter()
         .map(|pixel| {
-            let per_sample = 1.0 / (pixel.n_samples - pixel.n_rejected).max(1) as f32;
+            let per_sample = 1.0 / pixel.n_samples.saturating_sub(pixel.n_rejected).max(1) as f32;
             // A sample whose light was rejected still has a surface.
             let per_ray = 1.0 / pixel.n_samples.max(1) as f32;
             let per_surface = 1.0 / pixel.n_surfaces.max(1) as f32;

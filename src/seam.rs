@@ -289,6 +289,9 @@ pub enum Mismatch {
         /// Its own.
         found: glam::UVec2,
     },
+    /// Rows that a film's stripe does not have.
+    #[error("the work's rows are outside the film's stripe")]
+    Rows,
     /// The scene has no bind group for vertex and fragment kernels.
     #[error("the scene cannot be rasterised: its `raster_group` is None")]
     NoRaster,

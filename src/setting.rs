@@ -261,6 +261,22 @@ pub trait Settings: Default {
         Ok(())
     }
 
+    /// Default settings with these names and values, set in the order of the list, because some depend on others before
+    /// them.
+    ///
+    /// # Errors
+    /// As [`Self::set_by_name`].
+    fn from_texts(given: &[(&str, &str)]) -> Result<Self, SettingError> {
+        let mut settings = Self::default();
+        let place = |name: &str| Self::LIST.iter().position(|setting| setting.name == name);
+        let mut sorted = given.to_vec();
+        sorted.sort_by_key(|(name, _)| place(name));
+        for (name, value) in sorted {
+            settings.set_by_name(name, value)?;
+        }
+        Ok(settings)
+    }
+
     /// Fails if a setting is out of range.
     ///
     /// # Errors

@@ -310,7 +310,8 @@ fn write_picture(
     let picture = resolve(sums, size, channel.into());
     let picture = for_file(picture, output);
     let tone_map = output.tone_map.then_some(ToneMap::KhronosPbrNeutral);
-    picture.write(&output.output, &PngOptions { exposure_ev: output.exposure, tone_map })?;
+    picture
+        .write(&output.output, &settings!(PngOptions { exposure_ev: output.exposure, tone_map }))?;
     Ok(())
 }
 

@@ -7,7 +7,7 @@ use scene::{LoadLimits, Loaded, SceneError};
 
 /// Caps low enough that an input that passes them all still takes well under a second.
 pub fn limits() -> LoadLimits {
-    LoadLimits {
+    lucerna::settings!(LoadLimits {
         max_bytes: 64 << 20,
         max_triangles: 1 << 16,
         max_image_pixels: 1 << 20,
@@ -15,7 +15,7 @@ pub fn limits() -> LoadLimits {
         max_instances: 1 << 10,
         max_line_bytes: 1 << 14,
         max_polygon_corners: 1 << 10,
-    }
+    })
 }
 
 /// A loaded scene keeps its promises; an error and every warning can be shown.

@@ -17,7 +17,9 @@ impl LightVisibility {
         Self::default()
     }
 
-    pub(crate) fn new(choices: &[Choice], bindings: Vec<(&'static str, OwnedResource)>) -> Self {
+    /// Another implementation: what it chooses on the axes, and the resources of group 3 that it needs, by the names of
+    /// their variables.
+    pub fn new(choices: &[Choice], bindings: Vec<(&'static str, OwnedResource)>) -> Self {
         Self { choices: choices.to_vec(), bindings }
     }
 

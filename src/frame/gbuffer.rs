@@ -3,7 +3,7 @@
 
 use super::{PixelSurfaces, View, check_size};
 use crate::gpu::{
-    Bindings, Gpu, GpuError, Recorder, RenderKernel, RenderState, Resource, Shaders,
+    Bindings, Gpu, GpuError, Recorder, RenderKernel, RenderState, Resource, Shaders, check_picture,
     picture_texture,
 };
 use crate::seam::{Mismatch, SceneSeam, check_shaders};
@@ -43,12 +43,9 @@ impl GBuffer {
     /// Creates textures of this size \[pixels\], at least 1×1.
     ///
     /// # Errors
-    /// [`GpuError::PictureTooLarge`]: the device cannot create a texture of this size.
+    /// [`GpuError::EmptyPicture`], or [`GpuError::PictureTooLarge`]: the device cannot create a texture of this size.
     pub fn new(gpu: &Gpu, size: UVec2) -> Result<Self, GpuError> {
-        let limit = gpu.device.limits().max_texture_dimension_2d;
-        if size.max_element() > limit {
-            return Err(GpuError::PictureTooLarge { width: size.x, height: size.y, limit });
-        }
+        check_picture(gpu, size)?;
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
         let view = |label, format| picture_texture(gpu, label, size, format, usage);
         Ok(Self {
@@ -64,7 +61,7 @@ impl GBuffer {
     /// Uses the caller's textures, which must have the formats [`Self::ALBEDO`] and so on, and the same size.
     ///
     /// # Errors
-    /// [`GpuError::OtherFormat`]: a texture's format or size does not match.
+    /// [`GpuError::OtherFormat`] or [`GpuError::OtherSize`]: a texture's format or size does not match.
     pub fn from_views(
         albedo: wgpu::TextureView,
         normals: wgpu::TextureView,
@@ -81,9 +78,14 @@ impl GBuffer {
             ("depth", &depth, Self::DEPTH),
         ] {
             let texture = view.texture();
-            if texture.format() != format || texture.size() != size {
-                let found = texture.format();
+            let found = texture.format();
+            if found != format {
                 return Err(GpuError::OtherFormat { what, expected: format, found });
+            }
+            let found = texture.size();
+            if found != size {
+                let of = |size: wgpu::Extent3d| UVec2::new(size.width, size.height);
+                return Err(GpuError::OtherSize { what, expected: of(size), found: of(found) });
             }
         }
         Ok(Self {
@@ -155,10 +157,11 @@ impl GBufferPass {
     ) -> Result<(), Mismatch> {
         check_shaders(&self.shaders, scene)?;
         check_size("G-buffer", view.size(), gbuffer.size)?;
+        let raster = scene.raster_group().ok_or(Mismatch::NoRaster)?;
         let targets = [&gbuffer.albedo, &gbuffer.normals, &gbuffer.emission, &gbuffer.motion];
         let pass = &mut recorder.render("frame/gbuffer", &targets, Some(&gbuffer.depth));
         let bound = [("view", Resource::Uniform(bytemuck::bytes_of(view.data())))];
-        self.kernel.draw(pass, scene.raster_group(), &bound, 3 * scene.facts().n_triangles);
+        self.kernel.draw(pass, Some(raster), &bound, 3 * scene.facts().n_triangles);
         Ok(())
     }
 }

@@ -69,6 +69,7 @@ impl From<&View> for Eye {
 
 /// A picture's camera, and the surfaces that its pixels see.
 #[derive(Clone, Copy)]
+#[non_exhaustive]
 pub struct Pixels<'a> {
     /// The camera.
     pub view: &'a View,
@@ -136,7 +137,7 @@ pub struct FramePasses {
     pub accumulator: Accumulator,
     /// Drawn before anything else if the scene has changed.
     pub shadow_maps: Option<ShadowMaps>,
-    /// Shown instead of the technique's light, if it has such a debug view.
+    /// Shown instead of the technique's light: one of its debug views.
     pub debug_view: Option<String>,
     indirect: wgpu::TextureView,
     gbuffer_pass: GBufferPass,
@@ -203,7 +204,8 @@ impl FramePasses {
     /// Records one frame and adds it to the accumulator.
     ///
     /// # Errors
-    /// As [`Self::update`], or the view has another size than the targets.
+    /// As [`Self::update`], or the view has another size than the targets, or the technique has no such debug view; in the
+    /// last case nothing is recorded.
     pub fn record(
         &mut self,
         recorder: &mut Recorder,
@@ -211,6 +213,11 @@ impl FramePasses {
         view: &View,
         technique: &mut dyn Technique,
     ) -> Result<(), TechniqueError> {
+        if let Some(name) = &self.debug_view
+            && !technique.debug_views().iter().any(|known| known.name == name)
+        {
+            return Err(TechniqueError::NoDebugView(name.clone()));
+        }
         self.update(recorder, scene, view, technique)?;
         self.gbuffer_pass.record(recorder, scene, view, &self.gbuffer)?;
         let pixels = Pixels::new(view, &self.gbuffer)?;

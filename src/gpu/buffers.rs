@@ -28,13 +28,34 @@ pub(crate) fn storage_buffer(
     usage: wgpu::BufferUsages,
     advice: &'static str,
 ) -> Result<wgpu::Buffer, GpuError> {
-    let limits = gpu.device.limits();
-    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    if bytes > limit {
-        return Err(GpuError::TooLarge { what, bytes, limit, advice });
-    }
+    check_binding(gpu, what, bytes, advice)?;
     let usage = usage | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
     Ok(buffer(gpu, what, bytes, usage))
+}
+
+/// Fails if the device cannot bind a storage buffer of this size.
+pub(crate) fn check_binding(
+    gpu: &Gpu,
+    what: &'static str,
+    bytes: u64,
+    advice: &'static str,
+) -> Result<(), GpuError> {
+    let limits = gpu.device.limits();
+    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if bytes > limit { Err(GpuError::TooLarge { what, bytes, limit, advice }) } else { Ok(()) }
+}
+
+/// Fails if the device has no textures of this size \[pixels\].
+pub(crate) fn check_picture(gpu: &Gpu, size: UVec2) -> Result<(), GpuError> {
+    let limit = gpu.device.limits().max_texture_dimension_2d;
+    let (width, height) = (size.x, size.y);
+    if size.min_element() == 0 {
+        return Err(GpuError::EmptyPicture { width, height });
+    }
+    if size.max_element() > limit {
+        return Err(GpuError::PictureTooLarge { width, height, limit });
+    }
+    Ok(())
 }
 
 /// Size of a picture's texture.

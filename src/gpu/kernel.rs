@@ -302,6 +302,11 @@ impl Groups {
                         binding.name
                     ),
                 };
+                assert!(
+                    group != FIELDS || !matches!(resource, Resource::Uniform(_)),
+                    "{kernel}: `{}` belongs to a field (group 3): bind the field's buffer, not contents",
+                    binding.name
+                );
                 let (owned, offset) = own(gpu, uniforms, kernel, binding, resource);
                 if let BindingKind::Uniform { bytes } = binding.kind {
                     if group != FIELDS {
@@ -522,7 +527,8 @@ impl<'c> ComputeCall<'c, '_> {
     /// Records the call.
     ///
     /// # Panics
-    /// If a variable of the kernel is not bound, or its binding does not match its declaration.
+    /// If a variable of the kernel is not bound, or its binding does not match its declaration, or contents are bound to a
+    /// field's uniform (group 3), which must be a buffer.
     pub fn dispatch(self, size: Dispatch) {
         let Self { kernel, pass, scene, bound, offered } = self;
         let groups = kernel.groups.bind(pass.gpu, pass.uniforms, &bound, &offered);

@@ -24,7 +24,9 @@ use wgpu::{
 };
 
 pub use buffers::radiance_target;
-pub(crate) use buffers::{buffer, extent, picture_texture, storage_buffer, target};
+pub(crate) use buffers::{
+    buffer, check_binding, check_picture, extent, picture_texture, storage_buffer, target,
+};
 pub use kernel::{
     Bindings, ComputeCall, ComputeKernel, Dispatch, OwnedResource, RenderKernel, RenderState,
     Resource, SceneGroup,
@@ -109,6 +111,24 @@ pub enum GpuError {
         /// `max_texture_dimension_2d` of the device.
         limit: u32,
     },
+    /// The picture has no pixels.
+    #[error("a picture of {width}×{height} pixels is empty: it needs at least 1×1")]
+    EmptyPicture {
+        /// Pixels per row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// A texture of the caller has another size than the others.
+    #[error("the texture `{what}` has {found} pixels, but the others have {expected}")]
+    OtherSize {
+        /// What the texture holds.
+        what: &'static str,
+        /// Size of the others \[pixels\].
+        expected: glam::UVec2,
+        /// Its own.
+        found: glam::UVec2,
+    },
     /// A 3-D texture has an edge that is too long.
     #[error(
         "{what} need {edge} texels along an edge, but this device's 3-D textures have at most {limit}; {advice}"
@@ -123,10 +143,8 @@ pub enum GpuError {
         /// What to do.
         advice: &'static str,
     },
-    /// A texture of the caller has the wrong format, or another size than the others.
-    #[error(
-        "the texture `{what}` must be {expected:?} and as large as the others; it is {found:?}"
-    )]
+    /// A texture of the caller has the wrong format.
+    #[error("the texture `{what}` must be {expected:?}; it is {found:?}")]
     OtherFormat {
         /// What the texture holds.
         what: &'static str,

@@ -9,7 +9,7 @@ use crate::shader::{Interface, Variant};
 use std::borrow::Cow;
 
 #[cfg(feature = "compose")]
-use crate::shader::Source;
+use crate::shader::{Budget, Composed, Problem, RAY_QUERY, Source, Target};
 
 /// The source of kernels: a variant, and (feature `compose`) your own modules, which replace lucerna's or are added to
 /// them.
@@ -72,13 +72,25 @@ impl Shaders {
 
 #[cfg(feature = "compose")]
 impl Shaders {
-    /// Adds your own module. If it has the import path of one of lucerna's modules, such as those of the scene seam, it
+    /// Adds your own module. (Pipelines are made from it later: [`Self::check`] says what is wrong with it now.) If it has the import path of one of lucerna's modules, such as those of the scene seam, it
     /// replaces that module. A module whose path begins with `lucerna::kernels::` is a kernel.
     pub fn with_module(&self, module: Source) -> Self {
         let mut own = self.own.to_vec();
         own.retain(|known| known.import_path != module.import_path);
         own.push(module);
         Self { variant: self.variant, own: own.into() }
+    }
+
+    /// Composes these kernels as pipelines will, so that a mistake in your own modules can be told before anything is
+    /// made: constructors that compile kernels panic if one does not compose.
+    ///
+    /// # Errors
+    /// All problems of the first kernel that does not compose.
+    ///
+    /// # Panics
+    /// If there is no kernel of one of these names.
+    pub fn check(&self, kernels: &[&str]) -> Result<(), Vec<Problem>> {
+        kernels.iter().try_for_each(|name| self.composed(name).map(|_| ()))
     }
 
     /// Whether two sources make the same kernels.
@@ -88,21 +100,31 @@ impl Shaders {
 
     /// A kernel's text or IR, and what it binds. Panics as [`Self::module`] does.
     pub(super) fn source(&self, name: &str) -> (wgpu::ShaderSource<'static>, Interface) {
-        use crate::shader::{Budget, RAY_QUERY, Target};
-
-        let row = kernel(name, self.variant);
         #[cfg(feature = "testing")]
         let is_built = self.own.is_empty() && !watch::is_on();
         #[cfg(not(feature = "testing"))]
         let is_built = self.own.is_empty();
-        if let (true, Some(row)) = (is_built, row)
+        if let (true, Some(row)) = (is_built, kernel(name, self.variant))
             && let Some(text) = row.composed
         {
             return (wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)), row.interface.clone());
         }
+        match self.composed(name) {
+            Ok(composed) => {
+                (wgpu::ShaderSource::Naga(Cow::Owned(composed.module)), composed.interface)
+            }
+            Err(problems) => {
+                let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
+                panic!("{name} does not compose:\n{}", problems.join("\n\n"))
+            }
+        }
+    }
+
+    /// A kernel, composed now. Panics if there is none of this name.
+    fn composed(&self, name: &str) -> Result<Composed, Vec<Problem>> {
         let path = format!("lucerna::kernels::{}", name.replace('/', "::"));
         let own_kernel = self.own.iter().find(|source| source.import_path == path);
-        let source = match (own_kernel, row) {
+        let source = match (own_kernel, kernel(name, self.variant)) {
             (Some(source), _) => source.clone(),
             (None, Some(row)) => {
                 let text = crate::modules::text_of(row.file, row.source);
@@ -120,15 +142,6 @@ impl Shaders {
             watch::trace(files.map(|of| of.file.display().to_string()));
         }
         let budget = (!self.variant.has(RAY_QUERY)).then_some(Budget::BASELINE);
-        let target = Target { capabilities: self.variant.capabilities(), budget };
-        match library.compose(&source, target) {
-            Ok(composed) => {
-                (wgpu::ShaderSource::Naga(Cow::Owned(composed.module)), composed.interface)
-            }
-            Err(problems) => {
-                let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
-                panic!("{name} does not compose:\n{}", problems.join("\n\n"))
-            }
-        }
+        library.compose(&source, Target { capabilities: self.variant.capabilities(), budget })
     }
 }

@@ -13,8 +13,8 @@ use crate::bindings::lucerna::scene::data::{
     self as wgsl, MATERIAL_TEXELS, MATERIALS_PER_ROW, SceneInfo,
 };
 use crate::bindings::lucerna::scene::types::NONE;
-use crate::gpu::{Bindings, Gpu, GpuError, Recorder, SceneGroup, Shaders};
-use crate::scene::{Light, Material, Scene, Sky};
+use crate::gpu::{Bindings, Gpu, GpuError, Recorder, SceneGroup, Shaders, check_binding};
+use crate::scene::{InvalidScene, Light, Material, Scene, Sky, check_sky};
 use crate::seam::{Change, PunctualLight, Revisions, SceneFacts, SceneSeam, Surroundings};
 use crate::shader::{NO_TEXTURES, RAY_QUERY, Variant};
 use bytemuck::NoUninit;
@@ -65,7 +65,11 @@ pub enum RaySource {
 
 /// A scene could not be uploaded to the GPU.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuSceneError {
+    /// Indices or lengths of the scene's parts do not fit together.
+    #[error("the scene is not valid: {0}")]
+    Invalid(#[from] InvalidScene),
     /// A buffer is larger than the device can bind, or another limit of the device is exceeded.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -87,8 +91,10 @@ pub enum GpuSceneError {
         /// How many materials the scene has.
         n: usize,
     },
-    /// Ray queries were requested, but the device has none.
-    #[error("this device has no ray queries; use the software BVH instead")]
+    /// Ray queries were requested, but the device has none, or the feature `compose` is off.
+    #[error(
+        "this device has no ray queries, or lucerna's feature `compose` is off; use the software BVH instead"
+    )]
     NoRayQuery,
 }
 
@@ -181,7 +187,8 @@ impl GpuScene {
     /// Flattens, builds the BVH, packs textures and uploads everything.
     ///
     /// # Errors
-    /// [`GpuSceneError`]: a limit of the device is exceeded, or there are no ray queries.
+    /// [`GpuSceneError`]: indices or lengths of the scene do not fit together, a limit of the device is exceeded, or there
+    /// are no ray queries.
     pub fn new(gpu: &Gpu, scene: &Scene, options: GpuSceneOptions) -> Result<Self, GpuSceneError> {
         Self::with_moving(gpu, scene, options, &|_| false)
     }
@@ -200,6 +207,7 @@ impl GpuScene {
         if options.rays == RaySource::RayQuery && !gpu.has_ray_query() {
             return Err(GpuSceneError::NoRayQuery);
         }
+        scene.check_indices()?;
         let mut world = WorldTriangles::of(scene);
         let bvh = Bvh::build(&world.positions);
         world.reorder(bvh.triangle_order());
@@ -317,8 +325,9 @@ impl GpuScene {
         recorder: &mut Recorder,
         lights: &[Light],
     ) -> Result<(), GpuSceneError> {
+        let table = self.light_table(recorder.gpu(), lights, &self.emission, self.sky_luminance)?;
         self.lights = lights.to_vec();
-        self.renew_lights(recorder)?;
+        self.take_lights(recorder, &table)?;
         self.revisions = self.revisions.changed(Change::Lights);
         Ok(())
     }
@@ -326,15 +335,18 @@ impl GpuScene {
     /// Replaces the sky.
     ///
     /// # Errors
-    /// The image is larger than the device's textures.
+    /// The image is larger than the device's textures, or its length is not its width times its height.
     pub fn set_sky(&mut self, recorder: &mut Recorder, sky: &Sky) -> Result<(), GpuSceneError> {
+        check_sky(sky)?;
         let textures = sky::SkyTextures::upload(recorder.gpu(), sky)?;
+        let luminance = textures.mean_luminance;
+        let table = self.light_table(recorder.gpu(), &self.lights, &self.emission, luminance)?;
         self.resources.sky_image = textures.image.clone();
         self.resources.sky_distribution = textures.distribution.clone();
-        self.sky_luminance = textures.mean_luminance;
+        self.sky_luminance = luminance;
         self.describe_sky(sky, &textures);
         self.bind(recorder.gpu());
-        self.renew_lights(recorder)?;
+        self.take_lights(recorder, &table)?;
         self.revisions = self.revisions.changed(Change::Sky);
         Ok(())
     }
@@ -352,32 +364,57 @@ impl GpuScene {
         let n = self.materials.len();
         let no_material = GpuSceneError::NoMaterial { material_ix, n };
         let known = self.materials.get(material_ix).ok_or(no_material)?;
-        self.materials[material_ix] = wgsl::Material {
+        let mut materials = self.materials.clone();
+        materials[material_ix] = wgsl::Material {
             base_color_texture: known.base_color_texture,
             metallic_roughness_texture: known.metallic_roughness_texture,
             normal_texture: known.normal_texture,
             emission_texture: known.emission_texture,
             ..flatten::factors(material)
         };
-        self.resources.materials = material_texture(recorder.gpu(), &self.materials)?;
+        let texture = material_texture(recorder.gpu(), &materials)?;
+        let mut emission = self.emission.clone();
+        emission[material_ix] =
+            MaterialEmission::with_texture(material, self.emission[material_ix].texture);
+        let shines = emission[material_ix] != self.emission[material_ix];
+        let table = shines
+            .then(|| self.light_table(recorder.gpu(), &self.lights, &emission, self.sky_luminance))
+            .transpose()?;
+        self.materials = materials;
+        self.resources.materials = texture;
         self.bind(recorder.gpu());
-        let emission = MaterialEmission::with_texture(material, self.emission[material_ix].texture);
         self.revisions = self.revisions.changed(Change::Materials);
-        if emission != self.emission[material_ix] {
-            self.emission[material_ix] = emission;
-            self.renew_lights(recorder)?;
+        if let Some(table) = table {
+            self.emission = emission;
+            self.take_lights(recorder, &table)?;
             self.revisions = self.revisions.changed(Change::Lights);
         }
         Ok(())
     }
 
-    /// Makes the light table of the scene's current contents.
-    fn renew_lights(&mut self, recorder: &mut Recorder) -> Result<(), GpuSceneError> {
-        let gpu = recorder.gpu();
+    /// The light table of these contents, if the device can bind it. (So that nothing has changed if it cannot.)
+    fn light_table(
+        &self,
+        gpu: &Gpu,
+        lights: &[Light],
+        emission: &[MaterialEmission],
+        sky_luminance: f32,
+    ) -> Result<LightTable, GpuSceneError> {
         let radius = 0.5 * self.facts.diagonal();
-        let sky = SkyLight { mean_luminance: self.sky_luminance };
-        let lights = LightTable::build(&self.lights, &self.triangles, &self.emission, radius, sky);
-        if set_lights_of_triangles(&mut self.triangles, &lights) {
+        let sky = SkyLight { mean_luminance: sky_luminance };
+        let table = LightTable::build(lights, &self.triangles, emission, radius, sky);
+        check_binding(gpu, "lights", size_of_val(table.entries()) as u64, "use fewer lights")?;
+        Ok(table)
+    }
+
+    /// Makes a table the scene's.
+    fn take_lights(
+        &mut self,
+        recorder: &mut Recorder,
+        lights: &LightTable,
+    ) -> Result<(), GpuSceneError> {
+        let gpu = recorder.gpu();
+        if set_lights_of_triangles(&mut self.triangles, lights) {
             let bytes = bytemuck::cast_slice(&self.triangles);
             recorder.upload(&self.resources.triangles, 0, bytes);
         }
@@ -389,7 +426,7 @@ impl GpuScene {
             self.resources.lights = storage(gpu, "lights", lights.entries(), advice)?;
             self.bind(gpu);
         }
-        self.describe_lights(&lights);
+        self.describe_lights(lights);
         recorder.upload(&self.resources.info, 0, bytemuck::bytes_of(&self.info));
         Ok(())
     }
@@ -545,11 +582,7 @@ fn storage<T: NoUninit>(
     data: &[T],
     advice: &'static str,
 ) -> Result<wgpu::Buffer, GpuError> {
-    let bytes = size_of_val(data) as u64;
-    let limit = gpu.device.limits().max_storage_buffer_binding_size;
-    if bytes > limit {
-        return Err(GpuError::TooLarge { what, bytes, limit, advice });
-    }
+    check_binding(gpu, what, size_of_val(data) as u64, advice)?;
     let empty = vec![0; size_of::<T>()];
     let contents = if data.is_empty() { &empty } else { bytemuck::cast_slice(data) };
     Ok(gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {

@@ -10,6 +10,7 @@ use super::{Format, Picture, PictureError, ToneMap, radiance, write_whole_file};
 
 /// How linear values become the display values of a PNG.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct PngOptions {
     /// Values are multiplied by 2 to this power first; 0 leaves them unchanged.
     pub exposure_ev: f32,

@@ -9,6 +9,7 @@ use thiserror::Error;
 /// Why a scene could not be loaded.
 #[derive(Debug, Error)]
 #[error("{}{kind}", .file.as_ref().map(|f| format!("{}: ", f.display())).unwrap_or_default())]
+#[non_exhaustive]
 pub struct SceneError {
     /// The scene file, if there is one.
     pub file: Option<PathBuf>,

@@ -12,6 +12,7 @@ use super::error::ErrorKind;
 /// # assert!(limits.max_bytes > 0);
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct LoadLimits {
     /// Bytes of everything that is read and decoded: files, buffers, vertex arrays, pixels, and, for text, the most
     /// that parsing can need. Default 4 GiB. (Scratch memory of decoders is not included; it is at most about the size

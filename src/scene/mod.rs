@@ -35,6 +35,8 @@ pub use self::error::{
 pub use self::limits::LoadLimits;
 pub use self::load::Loaded;
 pub use self::validate::InvalidScene;
+#[cfg(feature = "gpu")]
+pub(crate) use self::validate::check_sky;
 
 /// The largest coordinate of a loaded scene \[m\], in object and in world space. Up to this, squares of cross products
 /// stay finite in 32-bit floats.

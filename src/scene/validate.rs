@@ -20,6 +20,7 @@ const LEAST_AREA: f64 = 1e-14;
 /// A part of a scene that does not pass [`Scene::validate`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{at}: {problem}")]
+#[non_exhaustive]
 pub struct InvalidScene {
     /// Which part, by its path: `meshes[3] (table)`.
     pub at: String,
@@ -49,16 +50,7 @@ impl Scene {
             let problem = material_problem(material, self.textures.len());
             check(problem, "materials", i, &material.name)?;
         }
-        for (i, texture) in self.textures.iter().enumerate() {
-            let problem = (texture.image >= self.images.len()).then_some("image out of range");
-            check(problem, "textures", i, "")?;
-        }
-        for (i, image) in self.images.iter().enumerate() {
-            let n = u64::from(image.width) * u64::from(image.height);
-            let problem = (n == 0 || n != image.rgba.len() as u64)
-                .then_some("width · height is 0 or not the number of texels");
-            check(problem, "images", i, &image.name)?;
-        }
+        self.check_textures()?;
         for (i, light) in self.lights.iter().enumerate() {
             check(light_problem(light), "lights", i, "")?;
         }
@@ -67,6 +59,80 @@ impl Scene {
         }
         check(sky_problem(&self.sky), "sky", 0, "")
     }
+
+    /// The part of [`Self::validate`] without which the scene's parts cannot be read: indices and lengths.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn check_indices(&self) -> Result<(), InvalidScene> {
+        for (i, mesh) in self.meshes.iter().enumerate() {
+            let n = mesh.positions.len();
+            let reaches_out = |t: &[u32; 3]| t.iter().any(|&ix| ix as usize >= n);
+            let problem = mesh_lengths_problem(mesh).or(first([
+                (mesh.material >= self.materials.len(), "material out of range"),
+                (mesh.triangles.iter().any(reaches_out), "vertex index out of range"),
+            ]));
+            check(problem, "meshes", i, &mesh.name)?;
+        }
+        for (i, instance) in self.instances.iter().enumerate() {
+            let problem = (instance.mesh >= self.meshes.len()).then_some("mesh out of range");
+            check(problem, "instances", i, "")?;
+        }
+        for (i, material) in self.materials.iter().enumerate() {
+            let problem = texture_ref_problem(material, self.textures.len());
+            check(problem, "materials", i, &material.name)?;
+        }
+        self.check_textures()?;
+        check_sky(&self.sky)
+    }
+
+    fn check_textures(&self) -> Result<(), InvalidScene> {
+        for (i, texture) in self.textures.iter().enumerate() {
+            let problem = (texture.image >= self.images.len()).then_some("image out of range");
+            check(problem, "textures", i, "")?;
+        }
+        for (i, image) in self.images.iter().enumerate() {
+            let problem = texels_problem(image.width, image.height, image.rgba.len());
+            check(problem, "images", i, &image.name)?;
+        }
+        Ok(())
+    }
+}
+
+/// Fails if a sky's image has another length than its size says.
+#[cfg(feature = "gpu")]
+pub(crate) fn check_sky(sky: &Sky) -> Result<(), InvalidScene> {
+    let problem = match sky {
+        Sky::Constant(_) => None,
+        Sky::Image { width, height, rgb } => texels_problem(*width, *height, rgb.len()),
+    };
+    check(problem, "sky", 0, "")
+}
+
+fn texels_problem(width: u32, height: u32, n_texels: usize) -> Option<&'static str> {
+    let n = u64::from(width) * u64::from(height);
+    let is_wrong = n == 0 || n != n_texels as u64;
+    is_wrong.then_some("width · height is 0 or not the number of texels")
+}
+
+fn mesh_lengths_problem(mesh: &Mesh) -> Option<&'static str> {
+    let n = mesh.positions.len();
+    let wrong_length = |len: usize| len != 0 && len != n;
+    let sets = [&mesh.uv0, &mesh.uv1];
+    first([
+        (wrong_length(mesh.normals.len()), "as many normals as positions, or none"),
+        (wrong_length(mesh.tangents.len()), "as many tangents as positions, or none"),
+        (
+            sets.iter().any(|s| wrong_length(s.len())),
+            "as many texture coordinates as positions, or none",
+        ),
+        (wrong_length(mesh.colors.len()), "as many colours as positions, or none"),
+    ])
+}
+
+fn texture_ref_problem(material: &Material, n_textures: usize) -> Option<&'static str> {
+    first([
+        (texture_refs(material).any(|t| t.texture >= n_textures), "texture out of range"),
+        (texture_refs(material).any(|t| t.uv_set > 1), "texture coordinate set not 0 or 1"),
+    ])
 }
 
 fn check(
@@ -106,20 +172,13 @@ fn is_strength(v: Vec3) -> bool {
 }
 
 fn mesh_problem(mesh: &Mesh, material: Option<&Material>) -> Option<&'static str> {
-    let n = mesh.positions.len();
-    let wrong_length = |len: usize| len != 0 && len != n;
     let sets = [&mesh.uv0, &mesh.uv1];
     let reads = |set: u32| material.iter().flat_map(|m| texture_refs(m)).any(|t| t.uv_set == set);
     let problem = first([
         (material.is_none(), "material out of range"),
         (mesh.triangles.is_empty(), "no triangles"),
-        (wrong_length(mesh.normals.len()), "as many normals as positions, or none"),
-        (wrong_length(mesh.tangents.len()), "as many tangents as positions, or none"),
-        (
-            sets.iter().any(|s| wrong_length(s.len())),
-            "as many texture coordinates as positions, or none",
-        ),
-        (wrong_length(mesh.colors.len()), "as many colours as positions, or none"),
+    ]);
+    let problem = problem.or_else(|| mesh_lengths_problem(mesh)).or(first([
         (!mesh.positions.iter().all(|&p| in_reach(p)), "position not finite or beyond 1e9 m"),
         (!mesh.normals.iter().all(|&v| is_unit(v)), "normal not of unit length"),
         (
@@ -135,7 +194,7 @@ fn mesh_problem(mesh: &Mesh, material: Option<&Material>) -> Option<&'static str
             (0..).zip(sets).any(|(set, uvs)| uvs.is_empty() && reads(set)),
             "does not have the texture coordinates that its material reads",
         ),
-    ]);
+    ]));
     problem.or_else(|| mesh.triangles.iter().find_map(|t| triangle_problem(mesh, t)))
 }
 
@@ -184,7 +243,7 @@ fn material_problem(material: &Material, n_textures: usize) -> Option<&'static s
         AlphaMode::Opaque => true,
         AlphaMode::Mask { cutoff } => cutoff >= 0.0 && cutoff.is_finite(),
     };
-    first([
+    let problem = first([
         (
             !material.base_color.to_array().iter().all(|c| unit.contains(c)),
             "base colour not in 0..=1",
@@ -194,13 +253,11 @@ fn material_problem(material: &Material, n_textures: usize) -> Option<&'static s
         (!is_strength(material.emission), "emission negative or not finite"),
         (!material.normal_scale.is_finite(), "normal scale not finite"),
         (!cutoff_ok, "alpha cutoff negative or not finite"),
-        (texture_refs(material).any(|t| t.texture >= n_textures), "texture out of range"),
-        (texture_refs(material).any(|t| t.uv_set > 1), "texture coordinate set not 0 or 1"),
-        (
-            texture_refs(material).any(|t| !t.uv_from_mesh.is_finite()),
-            "texture transform not finite",
-        ),
-    ])
+    ]);
+    problem.or_else(|| texture_ref_problem(material, n_textures)).or_else(|| {
+        let is_finite = |t: &TextureRef| t.uv_from_mesh.is_finite();
+        (!texture_refs(material).all(is_finite)).then_some("texture transform not finite")
+    })
 }
 
 fn light_problem(light: &Light) -> Option<&'static str> {
@@ -241,14 +298,10 @@ fn sky_problem(sky: &Sky) -> Option<&'static str> {
             (!is_strength(*radiance)).then_some("radiance negative or not finite")
         }
         Sky::Image { width, height, rgb } => {
-            let n = u64::from(*width) * u64::from(*height);
-            first([
-                (
-                    n == 0 || n != rgb.len() as u64,
-                    "width · height is 0 or not the number of texels",
-                ),
-                (!rgb.iter().all(|&c| is_strength(c)), "radiance negative or not finite"),
-            ])
+            texels_problem(*width, *height, rgb.len()).or_else(|| {
+                let is_wrong = !rgb.iter().all(|&c| is_strength(c));
+                is_wrong.then_some("radiance negative or not finite")
+            })
         }
     }
 }

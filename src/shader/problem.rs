@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 /// Which rule a shader broke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum Rule {
     /// The file cannot be read.
     Read,
@@ -35,6 +36,7 @@ pub enum Rule {
 
 /// A broken rule, and where to fix it.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Problem {
     /// The file as it was given to the check.
     pub file: PathBuf,

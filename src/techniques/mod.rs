@@ -62,14 +62,26 @@ pub const TECHNIQUES: &[TechniqueEntry] = &[
         "voxel-rt",
         "Ray-traced voxel global illumination",
         |gpu, scene, settings, visibility, eye| {
-            Ok(Box::new(VoxelRt::with_visibility(gpu, scene, read(settings)?, visibility, eye)?))
+            Ok(Box::new(VoxelRt::with_visibility(
+                gpu,
+                scene,
+                Settings::from_texts(settings)?,
+                visibility,
+                eye,
+            )?))
         },
     ),
     TechniqueEntry::new::<VoxelConeSettings>(
         "voxel-cone",
         "Voxel cone tracing",
         |gpu, scene, settings, visibility, eye| {
-            Ok(Box::new(VoxelCone::with_visibility(gpu, scene, read(settings)?, visibility, eye)?))
+            Ok(Box::new(VoxelCone::with_visibility(
+                gpu,
+                scene,
+                Settings::from_texts(settings)?,
+                visibility,
+                eye,
+            )?))
         },
     ),
 ];
@@ -98,18 +110,6 @@ impl TechniqueEntry {
     ) -> Result<Box<dyn Technique>, TechniqueError> {
         (self.make)(gpu, scene, settings, visibility, eye)
     }
-}
-
-/// Settings from names and values, set in the order of the list, because some depend on others before them.
-fn read<S: Settings>(given: &[(&str, &str)]) -> Result<S, SettingError> {
-    let mut settings = S::default();
-    let place = |name: &str| S::LIST.iter().position(|setting| setting.name == name);
-    let mut sorted = given.to_vec();
-    sorted.sort_by_key(|(name, _)| place(name));
-    for (name, value) in sorted {
-        settings.set_by_name(name, value)?;
-    }
-    Ok(settings)
 }
 
 /// Settings of a technique that has none.

@@ -156,15 +156,21 @@ fn png_holds_display_bytes() {
         image::open(&path).unwrap().into_rgb8().get_pixel(0, 0).0
     };
     let bytes = |v: Vec3| v.to_array().map(|v| srgb::byte_from_linear(v.into()));
-    assert_eq!(one(&PngOptions { exposure_ev: 2.0, tone_map: None }), bytes(v * 4.0));
-    assert_eq!(one(&PngOptions { exposure_ev: -1.0, tone_map: None }), bytes(v * 0.5));
+    assert_eq!(
+        one(&lucerna::settings!(PngOptions { exposure_ev: 2.0, tone_map: None })),
+        bytes(v * 4.0)
+    );
+    assert_eq!(
+        one(&lucerna::settings!(PngOptions { exposure_ev: -1.0, tone_map: None })),
+        bytes(v * 0.5)
+    );
     let tone_map = Some(ToneMap::KhronosPbrNeutral);
     assert_eq!(
-        one(&PngOptions { exposure_ev: 1.0, tone_map }),
+        one(&lucerna::settings!(PngOptions { exposure_ev: 1.0, tone_map })),
         bytes(khronos_pbr_neutral(v * 2.0))
     );
-    assert_eq!(one(&PngOptions { exposure_ev: 1e9, tone_map: None }), [255; 3]);
-    assert_eq!(one(&PngOptions { exposure_ev: -1e9, tone_map }), [0; 3]);
+    assert_eq!(one(&lucerna::settings!(PngOptions { exposure_ev: 1e9, tone_map: None })), [255; 3]);
+    assert_eq!(one(&lucerna::settings!(PngOptions { exposure_ev: -1e9, tone_map })), [0; 3]);
 }
 
 #[test]
@@ -192,7 +198,10 @@ fn exr_is_exact_to_the_bit() {
         let path = folder.join("p.exr");
         p.write(
             &path,
-            &PngOptions { exposure_ev: 5.0, tone_map: Some(ToneMap::KhronosPbrNeutral) },
+            &lucerna::settings!(PngOptions {
+                exposure_ev: 5.0,
+                tone_map: Some(ToneMap::KhronosPbrNeutral)
+            }),
         )
         .unwrap();
         let back = Picture::read(&path).unwrap();
@@ -549,7 +558,7 @@ fn what_cannot_be_written_leaves_the_old_file() {
         assert!(matches!(error, PictureError::UnknownEnding { .. }), "{error}");
         assert!([".png", ".exr", ".hdr"].iter().all(|e| error.to_string().contains(e)), "{error}");
     }
-    let options = PngOptions { exposure_ev: f32::NAN, tone_map: None };
+    let options = lucerna::settings!(PngOptions { exposure_ev: f32::NAN, tone_map: None });
     assert!(matches!(
         good.write(folder.join("p.png"), &options),
         Err(PictureError::BadExposure { .. })

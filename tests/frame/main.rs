@@ -8,6 +8,7 @@ mod gbuffer;
 #[path = "../kernels/harness.rs"]
 mod harness;
 mod recording;
+mod refused;
 mod scales;
 mod shadows;
 #[allow(dead_code)]

@@ -29,13 +29,17 @@ fn instances_and_triangles() {
     for (max_instances, max_triangles, expected) in
         [(5, 5, None), (4, 5, Some("max_instances")), (5, 4, Some("max_triangles"))]
     {
-        let limits = LoadLimits { max_instances, max_triangles, ..LoadLimits::default() };
+        let limits = lucerna::settings!(LoadLimits {
+            max_instances,
+            max_triangles,
+            ..LoadLimits::default()
+        });
         let refused = Scene::from_gltf_slice(&file, None, &limits).err();
         assert_eq!(refused.as_ref().map(setting), expected);
     }
     let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
     for (max_triangles, ok) in [(2, true), (1, false)] {
-        let limits = LoadLimits { max_triangles, ..LoadLimits::default() };
+        let limits = lucerna::settings!(LoadLimits { max_triangles, ..LoadLimits::default() });
         assert_eq!(Scene::from_obj_slice(obj.as_bytes(), None, &limits).is_ok(), ok);
     }
 }
@@ -43,7 +47,7 @@ fn instances_and_triangles() {
 /// The least `max_bytes` that loads.
 fn needed(file: &[u8]) -> u64 {
     let loads = |max_bytes| {
-        let limits = LoadLimits { max_bytes, ..LoadLimits::default() };
+        let limits = lucerna::settings!(LoadLimits { max_bytes, ..LoadLimits::default() });
         match Scene::from_gltf_slice(file, None, &limits) {
             Ok(_) => true,
             Err(error) => match error.kind {
@@ -86,7 +90,7 @@ fn parsed_json_counts_before_it_is_parsed() {
     let nodes = vec!["{}"; 1000].join(",");
     let file = format!(r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}]}}"#);
     for (max_bytes, ok) in [(1_000_000, false), (2_000_000, true)] {
-        let limits = LoadLimits { max_bytes, ..LoadLimits::default() };
+        let limits = lucerna::settings!(LoadLimits { max_bytes, ..LoadLimits::default() });
         match Scene::from_gltf_slice(file.as_bytes(), None, &limits) {
             Ok(_) => assert!(ok),
             Err(error) => assert!(!ok && error.to_string().starts_with("JSON objects: ")),
@@ -106,7 +110,7 @@ fn image_pixels() {
         base64(&png)
     ));
     for (max_image_pixels, n_warnings) in [(12, 0), (11, 1)] {
-        let limits = LoadLimits { max_image_pixels, ..LoadLimits::default() };
+        let limits = lucerna::settings!(LoadLimits { max_image_pixels, ..LoadLimits::default() });
         let loaded = Scene::from_gltf_slice(&file, None, &limits).unwrap();
         assert_eq!(loaded.warnings.len(), n_warnings);
         if n_warnings == 1 {
@@ -130,7 +134,8 @@ fn polygon_corners() {
     }
     obj += "f 1 2 3 4 5 6\n";
     for (max_polygon_corners, n_warnings) in [(6, 0), (5, 1)] {
-        let limits = LoadLimits { max_polygon_corners, ..LoadLimits::default() };
+        let limits =
+            lucerna::settings!(LoadLimits { max_polygon_corners, ..LoadLimits::default() });
         let loaded = Scene::from_obj_slice(obj.as_bytes(), None, &limits).unwrap();
         assert_eq!(loaded.scene.n_triangles(), 4);
         assert_eq!(loaded.warnings.len(), n_warnings);

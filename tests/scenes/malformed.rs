@@ -200,7 +200,7 @@ const TABLE: &[(&str, Outcome)] = &[
 const BESIDE: &[&str] = &[".gitattributes", "bad.mtl", "make.py"];
 
 fn judge(name: &str, expected: &Outcome) -> Result<(), String> {
-    let limits = LoadLimits { max_line_bytes: 4096, ..LoadLimits::default() };
+    let limits = lucerna::settings!(LoadLimits { max_line_bytes: 4096, ..LoadLimits::default() });
     let loaded = Scene::load(&fixture("malformed").join(name), &limits);
     match (loaded, expected) {
         (Err(error), Error(text)) => {

@@ -231,6 +231,6 @@ fn each_node_has_a_skinned_mesh_of_its_own() {
         .replace(r#"],"skins":[{"#, r#",{"mesh":0,"skin":1}],"skins":[{"joints":[2]},{"#);
     let loaded = load_gltf(two.as_bytes());
     assert_eq!((loaded.scene.meshes.len(), loaded.scene.instances.len()), (2, 2));
-    let limits = LoadLimits { max_instances: 3, ..LoadLimits::default() };
+    let limits = lucerna::settings!(LoadLimits { max_instances: 3, ..LoadLimits::default() });
     assert!(Scene::from_gltf_slice(two.as_bytes(), None, &limits).is_err());
 }

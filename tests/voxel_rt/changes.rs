@@ -67,7 +67,7 @@ fn a_moved_light_arrives_within_eight_frames() {
 /// A light that goes out leaves nothing behind, wherever its light came from.
 #[test]
 fn a_light_that_goes_out_leaves_no_light() {
-    let rays = RaysInjected { n_rays: 64, ..Default::default() };
+    let rays = lucerna::settings!(RaysInjected { n_rays: 64, ..Default::default() });
     for direct in
         [DirectLight::PerFace, DirectLight::FromLights(rays), DirectLight::FromCamera(rays)]
     {

@@ -82,7 +82,7 @@ fn every_way_of_injecting_lights_the_room() {
     };
     let own = mean(DirectLight::PerFace);
     for strategy in WriteStrategy::ALL {
-        let rays = RaysInjected { n_rays: 64, strategy };
+        let rays = lucerna::settings!(RaysInjected { n_rays: 64, strategy });
         let lights = mean(DirectLight::FromLights(rays)) / own;
         let camera = mean(DirectLight::FromCamera(rays)) / own;
         eprintln!("{strategy:?}: from the lights {lights}, from the camera {camera}");
@@ -162,8 +162,10 @@ fn colors_of_no_number_do_no_harm() {
 #[test]
 fn settings_out_of_range_are_refused() {
     let world = upload(&lit_room());
-    let no_rays =
-        DirectLight::FromCamera(RaysInjected { n_rays: 0, strategy: WriteStrategy::Exact });
+    let no_rays = DirectLight::FromCamera(lucerna::settings!(RaysInjected {
+        n_rays: 0,
+        strategy: WriteStrategy::Exact
+    }));
     for settings in [
         settings!(VoxelRtSettings { resolution: 0, ..Default::default() }),
         settings!(VoxelRtSettings { resolution: 257, ..Default::default() }),

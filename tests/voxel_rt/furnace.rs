@@ -86,7 +86,7 @@ fn furnace_stops_after_as_many_bounces_as_were_asked_for() {
 /// Direct light deposited by rays that leave the walls.
 #[test]
 fn furnace_of_injected_light_converges() {
-    let rays = RaysInjected { n_rays: 128, ..Default::default() };
+    let rays = lucerna::settings!(RaysInjected { n_rays: 128, ..Default::default() });
     let settings = settings!(VoxelRtSettings { direct: DirectLight::FromLights(rays), ..coarse() });
     converges(&furnace(0.5), 64, Reflections::All, settings);
     converges(

@@ -95,6 +95,6 @@ fn faces_find_the_mean_irradiance_of_their_floor() {
 /// 128² rays, a fifth of them below the light.
 #[test]
 fn deposits_are_the_mean_irradiance_of_what_arrives() {
-    let rays = RaysInjected { n_rays: 128, ..Default::default() };
+    let rays = lucerna::settings!(RaysInjected { n_rays: 128, ..Default::default() });
     check_direct(DirectLight::FromLights(rays), |e| e, 0.02);
 }

@@ -30,7 +30,7 @@ mod of_any_size {
     #[test]
     fn light_scales() {
         let injected = |strategy| {
-            let rays = RaysInjected { n_rays: 64, strategy };
+            let rays = lucerna::settings!(RaysInjected { n_rays: 64, strategy });
             settings!(VoxelRtSettings { direct: DirectLight::FromLights(rays), ..coarse() })
         };
         for settings in

@@ -32,7 +32,8 @@ pub fn measure(
     let bench = Bench { gpu, scene: &gpu_scene, camera };
     let (picture, cells, n_rays) =
         if quick { (PICTURE / 4, CELLS / 2, RAYS / 2) } else { (PICTURE, CELLS, RAYS) };
-    let from_lights = |strategy| DirectLight::FromLights(RaysInjected { n_rays, strategy });
+    let from_lights =
+        |strategy| DirectLight::FromLights(settings!(RaysInjected { n_rays, strategy }));
     let ours = settings!(VoxelRtSettings { resolution: cells, ..Default::default() });
     let sources = settings!(VoxelRtSettings {
         anisotropic: false,
@@ -82,10 +83,10 @@ pub fn measure(
     ];
     let injected = |n_rays| {
         settings!(VoxelRtSettings {
-            direct: DirectLight::FromLights(RaysInjected {
+            direct: DirectLight::FromLights(settings!(RaysInjected {
                 n_rays,
                 strategy: WriteStrategy::Exact
-            }),
+            })),
             ..ours
         })
     };

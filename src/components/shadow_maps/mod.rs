@@ -219,6 +219,7 @@ impl ShadowMaps {
             return Ok(());
         }
         check_shaders(&self.shaders, scene)?;
+        let raster = scene.raster_group().ok_or(Mismatch::NoRaster)?;
         let found = views::views_of(scene.facts());
         let (expected, n) = (self.layers.len() as u32, found.views.len() as u32);
         if n > expected {
@@ -229,7 +230,7 @@ impl ShadowMaps {
         for (view, layer) in found.views.iter().zip(&self.layers) {
             let pass = &mut recorder.render("shadow_maps/depth", &[], Some(layer));
             let bound = [("view", Resource::Uniform(bytemuck::bytes_of(view)))];
-            self.depth.draw(pass, scene.raster_group(), &bound, 3 * scene.facts().n_triangles);
+            self.depth.draw(pass, Some(raster), &bound, 3 * scene.facts().n_triangles);
         }
         self.seen = Some(now);
         Ok(())

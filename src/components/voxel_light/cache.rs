@@ -64,6 +64,9 @@ impl CacheBuffers {
     }
 
     /// What a kernel that works on one level binds.
+    ///
+    /// # Panics
+    /// If there is no such level.
     pub fn of_level(&self, level: u32) -> Bindings<'_> {
         vec![
             ("levels", (&self.levels).into()),

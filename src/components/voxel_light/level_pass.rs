@@ -10,8 +10,8 @@ pub use crate::bindings::kernels::voxel_light::carry::CarryInfo;
 pub use crate::bindings::kernels::voxel_light::publish::PublishInfo;
 pub use crate::bindings::kernels::voxel_light::walls::WallsInfo;
 
-/// The uniform `info` of such a kernel.
-pub trait LevelInfo: NoUninit {
+/// The uniform `info` of such a kernel. (Of lucerna's own: nobody else can implement it.)
+pub trait LevelInfo: NoUninit + of_lucerna::Sealed {
     /// The kernel's name.
     const KERNEL: &'static str;
     /// Index of the level to work on.
@@ -44,6 +44,13 @@ impl LevelInfo for PublishInfo {
     fn level(&self) -> u32 {
         self.level
     }
+}
+
+mod of_lucerna {
+    pub trait Sealed {}
+    impl Sealed for super::CarryInfo {}
+    impl Sealed for super::WallsInfo {}
+    impl Sealed for super::PublishInfo {}
 }
 
 /// A compiled kernel.

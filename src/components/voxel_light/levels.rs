@@ -30,6 +30,7 @@ const FARTHEST_TIMES: f32 = 1024.0;
 
 /// How fine and how wide the grids are.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct VoxelReach {
     /// Edge of the finest cells \[m\].
     pub finest_cell: f32,

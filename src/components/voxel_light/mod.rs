@@ -42,7 +42,7 @@ pub use crate::bindings::lucerna::components::voxel_light::cache::FaceLight;
 pub use crate::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
 pub use crate::bindings::lucerna::fields::voxel_accumulators::VoxelSample;
 pub use cache::CacheBuffers;
-pub use deposit::{DepositInfo, DepositPass};
+pub use deposit::DepositPass;
 pub use gather::{GatherInfo, GatherPass};
 pub use inject::{Injection, InjectionSource, VoxelInjector};
 pub use level_pass::{
@@ -247,6 +247,9 @@ impl VoxelLight {
     }
 
     /// The grid of a level.
+    ///
+    /// # Panics
+    /// If there is no such level.
     pub fn grid(&self, level: usize) -> &VoxelGrid {
         self.levels[level].voxelizer.grid()
     }

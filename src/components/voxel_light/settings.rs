@@ -32,6 +32,7 @@ pub enum DirectLight {
 
 /// Rays of a frame that deposit light where they hit a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RaysInjected {
     /// n: n × n rays, 1 to 4096.
     pub n_rays: u32,

@@ -44,6 +44,7 @@ impl WriteStrategy {
 
 /// Voxel buffers could not be created, or light could not be injected.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum InjectError {
     /// A buffer is larger than the device can bind.
     #[error(transparent)]

@@ -35,6 +35,7 @@ pub enum Resolution {
 
 /// A grid is not possible, or voxels could not be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum VoxelError {
     /// A size is 0 or too large.
     #[error("a grid of {} x {} x {} cells is not possible: each axis takes 1 to 256", .0.x, .0.y, .0.z)]

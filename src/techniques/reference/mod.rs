@@ -82,6 +82,7 @@ pub struct UnfinishedPaths {
 /// What a dispatch reports.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[non_exhaustive]
 pub struct PathCounts {
     /// Pixels of the last dispatch whose samples are not finished.
     pub n_unfinished: u32,
@@ -131,10 +132,8 @@ impl PathTracer {
     /// before you record other work.
     ///
     /// # Errors
-    /// The scene differs from the one that the kernel was compiled for.
-    ///
-    /// # Panics
-    /// If `work` is outside the film.
+    /// The scene differs from the one that the kernel was compiled for, the film has another size than the settings, or
+    /// `work` is outside the film.
     #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
     pub fn record(
         &self,
@@ -147,10 +146,17 @@ impl PathTracer {
         work: Work,
     ) -> Result<(), Mismatch> {
         check_shaders(&self.shaders, scene)?;
-        let stripe = &film.stripes()[work.stripe];
-        let inside = work.first_row >= stripe.first_row
-            && work.first_row + work.n_rows <= stripe.first_row + stripe.n_rows;
-        assert!(inside && film.size() == settings.size, "{work:?} is outside the film");
+        if film.size() != settings.size {
+            let (expected, found) = (settings.size, film.size());
+            return Err(Mismatch::Size { what: "film", expected, found });
+        }
+        let is_inside = |stripe: &&Stripe| {
+            let last = u64::from(work.first_row) + u64::from(work.n_rows);
+            work.first_row >= stripe.first_row
+                && last <= u64::from(stripe.first_row) + u64::from(stripe.n_rows)
+        };
+        let stripe = film.stripes().get(work.stripe).filter(is_inside);
+        let stripe = stripe.ok_or(Mismatch::Rows)?;
         let path_settings = PathSettings {
             size: settings.size,
             first_sample: work.first_sample,

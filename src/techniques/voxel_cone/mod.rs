@@ -139,6 +139,9 @@ impl VoxelCone {
     }
 
     /// The grid of a level.
+    ///
+    /// # Panics
+    /// If there is no such level.
     pub fn grid(&self, level: usize) -> &VoxelGrid {
         self.light.grid(level)
     }

@@ -79,6 +79,9 @@ impl VoxelRt {
     }
 
     /// The grid of a level.
+    ///
+    /// # Panics
+    /// If there is no such level.
     pub fn grid(&self, level: usize) -> &VoxelGrid {
         self.light.grid(level)
     }
