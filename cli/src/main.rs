@@ -45,8 +45,10 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene with one of the techniques.
+    #[command(allow_negative_numbers = true)]
     Render(render::RenderArguments),
     /// Render a scene with the path tracer: the ground truth.
+    #[command(allow_negative_numbers = true)]
     Reference(render::ReferenceArguments),
     /// Measure how much a picture differs from another.
     Compare(compare::CompareArguments),

@@ -173,6 +173,9 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
     if let Some(name) = arguments.settings.first() {
         return Err(format!("--{name} is not a setting of the technique {REFERENCE}").into());
     }
+    if let Some(name) = arguments.realtime.not_of_reference() {
+        return Err(format!("--{name} means nothing to the technique {REFERENCE}").into());
+    }
     trace(
         &arguments.scene,
         &arguments.adapter,

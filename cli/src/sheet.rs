@@ -93,7 +93,12 @@ impl Canvas {
         let Ok(_) = Text::with_baseline(&text, at, style, Baseline::Top).draw(self);
     }
 
+    /// A picture in a thin frame, because it may be as white as the sheet.
     fn put(&mut self, picture: &Picture, x: u32, y: u32) {
+        for row in y - 1..=y + picture.height {
+            let start = (row * self.0.width + x - 1) as usize;
+            self.0.rgb[start..start + picture.width as usize + 2].fill(Vec3::splat(0.2));
+        }
         for (row, pixels) in (y..).zip(picture.rgb.chunks_exact(picture.width as usize)) {
             let start = (row * self.0.width + x) as usize;
             self.0.rgb[start..start + pixels.len()].copy_from_slice(pixels);
@@ -124,7 +129,10 @@ pub fn sheet(arguments: &SheetArguments) -> CommandResult {
     let columns = arguments.columns.min(tiles.len() as u32);
     let rows = (tiles.len() as u32).div_ceil(columns);
     let largest = |of: fn(&Picture) -> u32| tiles.iter().map(|tile| of(&tile.picture)).max();
-    let cell = [largest(|of| of.width), largest(|of| of.height)].map(Option::unwrap_or_default);
+    let [widest, highest] =
+        [largest(|of| of.width), largest(|of| of.height)].map(Option::unwrap_or_default);
+    let longest = tiles.iter().map(|tile| tile.figures.chars().count()).max().unwrap_or_default();
+    let cell = [widest.max(longest as u32 * FONT_6X13.character_size.width), highest];
     let step = (cell[0] + GAP, cell[1] + 2 * LINE + GAP);
     let (width, height) = (columns * step.0 + GAP, rows * step.1 + GAP);
     let rgb = vec![Vec3::ONE; width as usize * height as usize];

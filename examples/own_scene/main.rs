@@ -4,8 +4,8 @@
 //! The scene is a few parallelograms and a lamp. Seven short modules in this folder implement what kernels need from a
 //! scene; bind group 0 is the renderer's. Everything else is lucerna, unchanged.
 //!
-//! `cargo run --example own_scene [OUT.png]`; the file is `own_scene.png` in the system's folder of temporary files if
-//! it by default.
+//! `cargo run --example own_scene [OUT.png]`; the file is `own_scene.png` in the system's folder of temporary files by
+//! default.
 
 use glam::{UVec2, Vec3, Vec4};
 use lucerna::blocking::{open, read_film};

@@ -38,6 +38,11 @@ pub trait Technique {
         true
     }
 
+    /// Whether [`Self::shade`] writes ambient occlusion. If not, it is 1 everywhere.
+    fn finds_openness(&self) -> bool {
+        false
+    }
+
     /// Records the indirect light of every pixel into `target`, a texture of the picture's size, `rgba32float` with
     /// `STORAGE_BINDING`. rgb: the radiance that the surface reflects towards the camera \[W·sr⁻¹·m⁻²\], of light that
     /// was reflected at least once before; 0 where there is no surface. a: ambient occlusion

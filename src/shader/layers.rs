@@ -153,7 +153,7 @@ pub fn check(source: &Source) -> Vec<Problem> {
             }
             (Layer::Kernel, DeclarationKind::Binding { group: "0", .. }) => Some((
                 Rule::BindGroup,
-                "group 0 belongs to the scene seam; a kernel has group 1, and 2 and 3 where it imports no pixels and no fields".into(),
+                "group 0 belongs to the scene seam; a kernel's bindings are in groups 1 to 3".into(),
             )),
             (Layer::Kernel, DeclarationKind::Binding { group, .. })
                 if !matches!(group, "1" | "2" | "3") =>

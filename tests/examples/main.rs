@@ -5,6 +5,9 @@
 #[path = "../../examples/own_gbuffer/main.rs"]
 #[allow(dead_code)]
 mod own_gbuffer;
+#[path = "../../examples/own_rays.rs"]
+#[allow(dead_code)]
+mod own_rays;
 #[path = "../../examples/own_scene/main.rs"]
 #[allow(dead_code)]
 mod own_scene;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a renderer's own part gives beside lucerna's own.
 
-use crate::{own_gbuffer, own_scene, own_technique};
+use crate::{own_gbuffer, own_rays, own_scene, own_technique};
 use glam::{UVec2, Vec3, Vec4};
 use lucerna::blocking::{FramesToRender, read_film, render_frames, render_reference};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
@@ -186,4 +186,10 @@ fn own_technique_takes_part() {
     assert_eq!(error.to_string(), "rays is 0; possible values: 1 to 64");
     let wrong = own_technique::AmbientSettings { n_rays: 65, ..Default::default() };
     assert!(own_technique::Ambient::new(gpu(), &scene, wrong).is_err());
+}
+
+/// A ray into the sphere, one past it, one too short.
+#[test]
+fn own_rays_meet_the_sphere() {
+    assert_eq!(own_rays::blocked().unwrap(), [1, 0, 0]);
 }

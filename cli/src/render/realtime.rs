@@ -59,6 +59,12 @@ enum ShadowArgument {
 }
 
 impl RealtimeArguments {
+    /// The flag, if any, that means nothing to the reference.
+    pub fn not_of_reference(&self) -> Option<&'static str> {
+        let has_shadows = self.shadows != ShadowArgument::Rays;
+        if has_shadows { Some("shadows") } else { self.debug_view.as_ref().map(|_| "debug-view") }
+    }
+
     /// How shadow maps are filtered; None: no shadow maps.
     fn filtering(&self) -> Option<ShadowFiltering> {
         match self.shadows {
@@ -124,6 +130,13 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         let names: Vec<_> = made.debug_views().iter().map(|view| view.name).collect();
         let has = if names.is_empty() { "none".into() } else { names.join(", ") };
         return Err(format!("no debug view `{name}`: {} has {has}", made.name()).into());
+    }
+    if output.channel == ChannelArgument::Openness && !made.finds_openness() {
+        let name = made.name();
+        return Err(format!(
+            "{name} does not find --channel openness; voxel-cone and reference do"
+        )
+        .into());
     }
     let what = settings!(FramesToRender {
         view: settings!(ViewSettings {

@@ -210,22 +210,26 @@ fn sheet_puts_pictures_side_by_side() {
     run(&["sheet", path(&first), &labelled, path(&narrow), "--columns", "2", "-o", path(&out)])
         .exits(0);
 
-    // 8 pixels between and around, 28 for the text.
+    // 8 pixels between and around, 28 for the text; a cell is as wide as its figures, of 24 letters of 6 pixels.
     let sheet = Picture::read(&out).unwrap();
-    assert_eq!((sheet.width, sheet.height), (8 + 2 * 68, 8 + 2 * 56));
+    assert_eq!((sheet.width, sheet.height), (8 + 2 * 152, 8 + 2 * 56));
     let at = |x: u32, y: u32| sheet.rgb[(y * sheet.width + x) as usize];
-    for (x, y, red) in [(8, 36, 0.5), (67, 55, 0.5), (76, 36, 1.0), (8, 92, 0.5), (37, 111, 0.5)] {
+    for (x, y, red) in [(8, 36, 0.5), (67, 55, 0.5), (160, 36, 1.0), (8, 92, 0.5), (37, 111, 0.5)] {
         assert_eq!(at(x, y), Vec3::new(red, 0.25, 0.0), "{x} {y}");
     }
-    for (x, y) in [(7, 36), (68, 36), (75, 55), (8, 56), (38, 92), (143, 119)] {
+    // A frame of one pixel around each, and white beyond.
+    for (x, y) in [(7, 35), (68, 36), (159, 55), (8, 56), (38, 92)] {
+        assert_eq!(at(x, y), Vec3::splat(0.2), "{x} {y}");
+    }
+    for (x, y) in [(6, 36), (69, 36), (158, 55), (8, 57), (39, 92), (311, 119)] {
         assert_eq!(at(x, y), Vec3::ONE, "{x} {y}");
     }
     let ink = |x: u32, y: u32| {
         let places = (x..x + 60).flat_map(|x| (y..y + 14).map(move |y| (x, y)));
         places.filter(|&(x, y)| at(x, y) == Vec3::ZERO).count()
     };
-    assert!(ink(8, 8) > 50 && ink(76, 8) > 50 && ink(8, 64) > 50, "labels");
-    assert!(ink(8, 22) == 0 && ink(76, 22) > 30 && ink(8, 78) > 30, "figures");
+    assert!(ink(8, 8) > 50 && ink(160, 8) > 50 && ink(8, 64) > 50, "labels");
+    assert!(ink(8, 22) == 0 && ink(160, 22) > 30 && ink(8, 78) > 30, "figures");
 
     run(&["sheet", "-o", path(&out)]).exits(2);
     run(&["sheet", "label=", "-o", path(&out)]).exits(2);

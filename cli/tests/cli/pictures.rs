@@ -338,5 +338,12 @@ fn cones_are_told_where_they_cannot_go() {
     run(&[&view[..], &[path(&output)]].concat())
         .exits(1)
         .says(&["no debug view `cell`", "irradiance, cells"]);
+    let no = |more: &[&str], reason: &str| {
+        let arguments = [&["render", &scene, "-o", path(&output)], more].concat();
+        run(&arguments).exits(1).says(&[reason]);
+    };
+    no(&["--technique=voxel-rt", "--channel=openness"], "does not find --channel openness");
+    no(&["--technique=reference", "--debug-view=cells"], "means nothing to the technique");
+    no(&["--technique=reference", "--shadows=pcf"], "means nothing to the technique");
     assert!(names_in(&folder).is_empty());
 }

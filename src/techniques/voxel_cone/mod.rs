@@ -223,6 +223,10 @@ impl Technique for VoxelCone {
         Ok(())
     }
 
+    fn finds_openness(&self) -> bool {
+        true
+    }
+
     fn shade(
         &mut self,
         recorder: &mut Recorder,
