@@ -470,6 +470,34 @@ fn textures_are_filtered_by_footprint() {
     }
 }
 
+/// Mips of oblong images keep at least a texel a side: from afar, 64 × 4 texels, the left half black and the right half
+/// white, are black and white in four pixels a row, and so are 4 × 64 in four pixels a column.
+#[test]
+fn mips_of_oblong_textures_keep_a_texel_a_side() {
+    for is_wide in [true, false] {
+        let (width, height) = if is_wide { (64u32, 4u32) } else { (4, 64) };
+        let rgba = (0..width * height).map(|ix| {
+            let at = if is_wide { ix % width / 32 } else { ix / width / 32 };
+            if at == 1 { [255; 4] } else { [0, 0, 0, 255] }
+        });
+        let mut world = scene(vec![floor(1.0, 0.0, 0)], vec![lambert([1.0; 3])]);
+        let texture = add_texture(&mut world, width, rgba.collect());
+        world.materials[0].base_color_texture = Some(texture);
+        world.textures[0].filter = Filter::Linear;
+        world.textures[0].wrap_u = lucerna::scene::Wrap::Clamp;
+        world.textures[0].wrap_v = lucerna::scene::Wrap::Clamp;
+        let world = on_gpu(&world, true, RaySource::Software);
+        let camera = look_down(2.0, 1.0);
+        let found = render(&world, &camera, UVec2::splat(4), accumulated(1, 0), 0);
+        for (ix, pixel) in found.channel(Channel::Albedo).into_iter().enumerate() {
+            let at = if is_wide { ix % 4 } else { ix / 4 };
+            let expected = if at >= 2 { 1.0 } else { 0.0 };
+            // A mip's texels lie within one half; 8 bits are exact for both.
+            assert!((pixel.x - expected).abs() < 1e-3, "wide: {is_wide}, pixel {ix}: {pixel}");
+        }
+    }
+}
+
 /// Frames with jitter have the box filter's mean: a quad's corner pixels by the share they cover. An R2
 /// set of 64 points is off by at most (1 + log₂ 64)/64 for a half-plane, measured less.
 #[test]

@@ -868,3 +868,26 @@ fn sky_distribution_sums_the_sky() {
         assert_eq!(table[(h - 1) * (w + 1)], 1.0, "{name}");
     }
 }
+
+/// Both axes of a scrambled point are uniform and independent of each other, over seeds: chi-square of 16 × 16 bins for some
+/// points of the sequence.
+#[test]
+fn axes_of_sobol_points_are_independent_over_seeds() {
+    const N: u32 = 1 << 14;
+    for point in [0u32, 1, 2, 3, 100] {
+        let inputs: Vec<[u32; 2]> = (0..N).map(|seed| [point, seed]).collect();
+        let found: Vec<[f32; 2]> = map(
+            "#import lucerna::sampling::low_discrepancy::sobol_owen
+             alias Input = vec2<u32>;
+             alias Output = vec2<f32>;
+             fn map(x: Input) -> Output { return sobol_owen(x.x, x.y); }",
+            &inputs,
+        );
+        let mut observed = vec![0u64; 256];
+        for [x, y] in found {
+            observed[(y * 16.0) as usize * 16 + (x * 16.0) as usize] += 1;
+        }
+        let expected = vec![f64::from(N) / 256.0; 256];
+        assert_chi_square(&format!("point {point}"), &observed, &expected);
+    }
+}

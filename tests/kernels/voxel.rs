@@ -21,6 +21,39 @@ struct Cell {
     reserved: u32,
 }
 
+/// Exact, for every cell in and around grids whose sizes are and are not multiples of the brick's.
+#[test]
+fn only_cells_of_the_grid_are_inside() {
+    let mut inputs = Vec::new();
+    for size in [[8, 8, 4], [4, 4, 2], [7, 3, 5], [1, 1, 1]] {
+        for z in -2..=size[2] + 1 {
+            for y in -2..=size[1] + 1 {
+                inputs.extend(
+                    (-2..=size[0] + 1).map(|x| [[x, y, z, 0], [size[0], size[1], size[2], 0]]),
+                );
+            }
+        }
+    }
+    inputs.extend([[[i32::MIN, 0, 0, 0], [8; 4]], [[0, i32::MAX, 0, 0], [8; 4]]]);
+    let found: Vec<[u32; 1]> = map(
+        &format!(
+            "#import lucerna::components::voxels::bricks::BRICK
+             #import lucerna::components::voxels::grid::{{VoxelGrid, is_inside}}
+             {GRID}
+             struct Input {{ cell: vec4<i32>, size: vec4<i32> }}
+             struct Output {{ inside: u32 }}
+             fn map(x: Input) -> Output {{
+                 return Output(u32(is_inside(grid_of(vec3<u32>(x.size.xyz), 6u), x.cell.xyz)));
+             }}"
+        ),
+        &inputs,
+    );
+    for ([cell, size], [found]) in inputs.iter().zip(found) {
+        let expected = (0..3).all(|axis| (0..size[axis]).contains(&cell[axis]));
+        assert_eq!(found == 1, expected, "{cell:?} in {size:?}");
+    }
+}
+
 /// Every cell of a grid whose size is no multiple of the brick's has a (brick, bit) of its own, both
 /// within range, that leads back to it.
 #[test]
