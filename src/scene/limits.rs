@@ -8,7 +8,7 @@ use super::error::ErrorKind;
 ///
 /// ```
 /// use lucerna::scene::LoadLimits;
-/// let limits = LoadLimits { max_triangles: 1_000_000, ..LoadLimits::default() };
+/// let limits = lucerna::settings!(LoadLimits { max_triangles: 1_000_000 });
 /// # assert!(limits.max_bytes > 0);
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
