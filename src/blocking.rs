@@ -2,7 +2,7 @@
 //! Functions that wait for the GPU, for programs and tests. Nothing else in the library waits.
 
 use crate::frame::{DirectSettings, FrameError, FramePasses, View, ViewSettings};
-use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder, check_picture};
+use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder, check_not_empty};
 use crate::scene::Camera;
 use crate::seam::{Mismatch, SceneSeam};
 use crate::techniques::reference::{
@@ -108,7 +108,7 @@ pub enum ReferenceError {
     /// The scene differs from the one that the path tracer was compiled for.
     #[error(transparent)]
     Mismatch(#[from] Mismatch),
-    /// The picture is empty or too large.
+    /// The picture is empty.
     #[error(transparent)]
     Gpu(#[from] GpuError),
     /// The device was lost.
@@ -151,7 +151,7 @@ const MAX_SUMMED: u32 = 1024;
 /// `keep_going` is called after each dispatch; once it returns false, the picture is left as it is.
 ///
 /// # Errors
-/// [`ReferenceError`]: the picture is empty or too large, the device was lost, or a pixel has not received its samples.
+/// [`ReferenceError`]: the picture is empty, the device was lost, or a pixel has not received its samples.
 pub fn render_reference(
     gpu: &Gpu,
     scene: &dyn SceneSeam,
@@ -160,7 +160,7 @@ pub fn render_reference(
     n_samples: u32,
     mut keep_going: impl FnMut(Progress) -> bool,
 ) -> Result<(Vec<PixelSums>, RenderStats), ReferenceError> {
-    check_picture(gpu, settings.size)?;
+    check_not_empty(settings.size)?;
     let tracer = PathTracer::new(gpu, scene);
     let n_pixels = u64::from(settings.size.x) * u64::from(settings.size.y);
     let n_lanes = (PIXELS_AT_ONCE / n_pixels).clamp(1, MAX_LANES) as u32;

@@ -45,13 +45,17 @@ pub(crate) fn check_binding(
     if bytes > limit { Err(GpuError::TooLarge { what, bytes, limit, advice }) } else { Ok(()) }
 }
 
+/// Fails if a picture of this size \[pixels\] has none.
+pub(crate) fn check_not_empty(size: UVec2) -> Result<(), GpuError> {
+    let (width, height) = (size.x, size.y);
+    if size.min_element() == 0 { Err(GpuError::EmptyPicture { width, height }) } else { Ok(()) }
+}
+
 /// Fails if the device has no textures of this size \[pixels\].
 pub(crate) fn check_picture(gpu: &Gpu, size: UVec2) -> Result<(), GpuError> {
+    check_not_empty(size)?;
     let limit = gpu.device.limits().max_texture_dimension_2d;
     let (width, height) = (size.x, size.y);
-    if size.min_element() == 0 {
-        return Err(GpuError::EmptyPicture { width, height });
-    }
     if size.max_element() > limit {
         return Err(GpuError::PictureTooLarge { width, height, limit });
     }

@@ -25,7 +25,8 @@ use wgpu::{
 
 pub use buffers::radiance_target;
 pub(crate) use buffers::{
-    buffer, check_binding, check_picture, extent, picture_texture, storage_buffer, target,
+    buffer, check_binding, check_not_empty, check_picture, extent, picture_texture, storage_buffer,
+    target,
 };
 pub use kernel::{
     Bindings, ComputeCall, ComputeKernel, Dispatch, OwnedResource, RenderKernel, RenderState,

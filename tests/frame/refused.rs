@@ -35,6 +35,15 @@ fn pictures_without_pixels() {
     }
 }
 
+/// The reference needs no textures, so a picture may be wider than the device's largest.
+#[test]
+fn references_wider_than_textures() {
+    let world = upload(&plane()).unwrap();
+    let asked = reference_settings(gpu().device.limits().max_texture_dimension_2d + 1, 1, 0);
+    let made = render_reference(gpu(), &world, &look_down(1.0, 1.0), &asked, 1, |_| true);
+    assert_eq!(made.unwrap().0.len(), asked.size.x as usize);
+}
+
 /// Each part of a scene that does not fit the others is named.
 #[test]
 fn scenes_whose_parts_do_not_fit() {
