@@ -12,14 +12,14 @@ const MIN_ALPHA: f64 = 1e-3;
 /// glTF 2.0 appendix B in f64, from the specification's own formulas: N·H, N·L, N·V. The diffuse
 /// weight is that of its B.3.6.3: (1 − F(N·L))·(1 − F(N·V)).
 #[derive(Clone, Copy, Debug)]
-struct Material {
+pub struct Material {
     base: DVec3,
     metallic: f64,
     alpha: f64,
 }
 
 impl Material {
-    fn new(base: Vec3, metallic: f32, roughness: f32) -> Self {
+    pub fn new(base: Vec3, metallic: f32, roughness: f32) -> Self {
         let alpha = (f64::from(roughness) * f64::from(roughness)).max(MIN_ALPHA);
         Self { base: base.as_dvec3(), metallic: f64::from(metallic), alpha }
     }
@@ -47,7 +47,7 @@ impl Material {
     }
 
     /// f and D·V.
-    fn evaluate(&self, wo: DVec3, wi: DVec3) -> (DVec3, f64) {
+    pub fn evaluate(&self, wo: DVec3, wi: DVec3) -> (DVec3, f64) {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return (DVec3::ZERO, 0.0);
         }
@@ -61,7 +61,7 @@ impl Material {
     /// ∫ f·cos dωᵢ term by term, each by the rule that suits it: the diffuse one by midpoints in
     /// cos², the specular one by `n`² midpoints over the visible normals (E. Heitz, "Sampling the GGX
     /// Distribution of Visible Normals", JCGT 7(4), 2018), over which it is smooth for every α.
-    fn albedo(&self, wo: DVec3, n: usize) -> DVec3 {
+    pub fn albedo(&self, wo: DVec3, n: usize) -> DVec3 {
         let midpoint = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
         let mut diffuse = DVec3::ZERO;
         for i in 0..1000 {
