@@ -234,7 +234,7 @@ fn prefiltered(pyramid: &Pyramid) {
 }
 
 /// The texels of a volume, x fastest.
-fn texels_of(pyramid: &Pyramid, volume: usize) -> Vec<[f64; 4]> {
+pub fn texels_of(pyramid: &Pyramid, volume: usize) -> Vec<[f64; 4]> {
     let layout = pyramid.layout();
     let size = [layout.volume_base, layout.volume_odd, layout.volume_even][volume];
     let row = size.x as usize * 8;

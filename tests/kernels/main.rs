@@ -21,6 +21,7 @@ mod texture_oracle;
 mod voxel;
 mod voxel_attributes;
 mod voxel_cache;
+mod voxel_faces;
 mod voxel_parts;
 mod voxel_pixels;
 mod voxel_write;
