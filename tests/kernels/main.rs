@@ -15,6 +15,7 @@ mod rays;
 mod sampling;
 mod scan;
 mod sh;
+mod shadow_maps;
 mod statistics;
 mod texture;
 mod texture_oracle;

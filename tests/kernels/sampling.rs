@@ -891,3 +891,31 @@ fn axes_of_sobol_points_are_independent_over_seeds() {
         assert_chi_square(&format!("point {point}"), &observed, &expected);
     }
 }
+
+/// The axes of a point are scrambled independently: which of the upper 8 bits each one's scrambling flips agree in half
+/// of the seeds, within 5 standard deviations of a binomial distribution.
+#[test]
+fn axes_of_sobol_points_are_scrambled_apart() {
+    const N: u32 = 1 << 14;
+    let inputs: Vec<[u32; 2]> = (0..N).map(|seed| [seed % 5, seed]).collect();
+    let found: Vec<[u32; 2]> = map(
+        "#import lucerna::sampling::low_discrepancy::{owen_scramble, sobol_bits, sobol_owen}
+         #import lucerna::sampling::pcg::pcg
+         alias Input = vec2<u32>;
+         alias Output = vec2<u32>;
+         fn map(x: Input) -> Output {
+             // The point of the shuffled sequence, before its axes are scrambled.
+             let point = sobol_bits(owen_scramble(x.x, pcg(x.y))) >> vec2<u32>(24u);
+             return point ^ vec2<u32>(sobol_owen(x.x, x.y) * 256.0);
+         }",
+        &inputs,
+    );
+    for bit in 0..8 {
+        let agree = found.iter().filter(|[x, y]| (x ^ y) >> bit & 1 == 0).count() as f64;
+        let off = (agree / f64::from(N) - 0.5).abs() * 2.0 * f64::from(N).sqrt();
+        assert!(
+            off < 5.0,
+            "bit {bit} of both axes is flipped alike in {agree} of {N} seeds, expected half to 5 sigma, off by {off:.1}"
+        );
+    }
+}
