@@ -38,6 +38,7 @@
 //! [`assert_near`] follows, the expected numbers and the tolerance. With these files, ports to another language can be
 //! tested against lucerna's own tests.
 
+mod estimate;
 mod golden;
 mod near;
 mod random;
@@ -50,7 +51,11 @@ use bytemuck::{AnyBitPattern, NoUninit};
 use std::sync::OnceLock;
 use wgpu::util::DeviceExt;
 
-pub use near::{Scalars, Tolerance, assert_near};
+pub use estimate::{
+    Estimate, N_STATISTICAL_TESTS, SUITE_LEVEL, assert_estimate, assert_estimates,
+    level_of_comparison,
+};
+pub use near::{Scalars, Tolerance, assert_each, assert_near};
 pub use random::Random;
 pub use statistics::{Chart, assert_chi_square, chi_square_limit, square_bins};
 

@@ -141,6 +141,31 @@ pub fn assert_near<I: Debug, O: Scalars + Debug, E: Scalars>(
     worst
 }
 
+/// Fails unless `holds` of each item. The message counts the others and shows the first ones with their places:
+/// `indirect light: 2 of 64 are not black; 5: (0.1, 0, 0); 7: …`.
+///
+/// # Panics
+/// If it does not hold of one, or there are no items.
+pub fn assert_each<'a, T: Debug + 'a>(
+    what: &str,
+    items: impl IntoIterator<Item = &'a T>,
+    expected: &str,
+    holds: impl Fn(&T) -> bool,
+) {
+    let (mut n, mut n_failed, mut shown) = (0, 0, String::new());
+    for (ix, item) in items.into_iter().enumerate() {
+        n += 1;
+        if !holds(item) {
+            n_failed += 1;
+            if n_failed <= SHOWN {
+                shown += &format!("; {ix}: {item:?}");
+            }
+        }
+    }
+    assert!(n > 0, "{what}: there are none");
+    assert!(n_failed == 0, "{what}: {n_failed} of {n} are not {expected}{shown}");
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,5 +196,17 @@ mod tests {
     #[should_panic(expected = "x: 1 of 2 outputs are off")]
     fn an_error_fails() {
         assert_near("x", &[1.0, 2.0], &[1.0f32, f32::NAN], Tolerance::relative(0.5), |&x: &f64| x);
+    }
+
+    #[test]
+    #[should_panic(expected = "numbers: 2 of 4 are not even; 1: 3; 3: 5")]
+    fn each_item_is_checked() {
+        assert_each("numbers", &[2, 3, 4, 5], "even", |n| n % 2 == 0);
+    }
+
+    #[test]
+    #[should_panic(expected = "numbers: there are none")]
+    fn nothing_is_not_enough() {
+        assert_each("numbers", &[0i32; 0], "even", |n| n % 2 == 0);
     }
 }

@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Chi-square tests, and quadrature over directions.
 
+use super::level_of_comparison;
 use glam::DVec3;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::{PI, TAU};
-
-/// Standard normal quantile of 1 − 10⁻⁶.
-const Z: f64 = 4.753_424_308_822_899;
 
 /// Bins that expect fewer samples are pooled, because their counts are far from normally distributed.
 const MIN_EXPECTED: f64 = 10.0;
 
-/// The value that chi-square of `dof` degrees of freedom exceeds with probability 10⁻⁶
-/// (Wilson–Hilferty: 6 % above for 4 degrees, 0.2 % for 100).
+/// The value that chi-square of `dof` ≥ 1 degrees of freedom exceeds by chance in one of 500 000 tests
+/// ([`level_of_comparison`]).
+///
+/// # Panics
+/// If `dof` is 0.
 pub fn chi_square_limit(dof: usize) -> f64 {
-    let k = dof as f64;
-    let v = 2.0 / (9.0 * k);
-    k * (1.0 - v + Z * v.sqrt()).powi(3)
+    let distribution = ChiSquared::new(dof as f64).expect("at least one degree of freedom");
+    distribution.inverse_cdf(1.0 - level_of_comparison(1))
 }
 
-/// Fails if counts differ from expected ones by more than chance does once in a million tests, by Pearson's chi-square
+/// Fails if counts differ from expected ones by more than chance ([`chi_square_limit`]), by Pearson's chi-square
 /// over the bins. Bins that expect fewer than 10 samples are merged into one; at least 4 bins must remain.
 ///
 /// Returns the statistic in units of its limit.

@@ -4,6 +4,6 @@
 #![allow(unused_imports)] // each test target takes what it needs
 
 pub use lucerna::testing::{
-    Random, Tolerance, assert_near, compose, gpu, map, map_with, ray_query_gpu, read, storage,
-    submit, uniform,
+    Estimate, Random, Tolerance, assert_each, assert_estimate, assert_estimates, assert_near,
+    compose, gpu, map, map_with, ray_query_gpu, read, storage, submit, uniform,
 };
