@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Small scenes, pictures of them with their statistical error, and the comparison.
 
-use crate::harness::{gpu, read, submit};
+use crate::harness::{Estimate, Tolerance, assert_estimates, gpu, read, submit};
 use glam::{Affine3A, DVec2, DVec3, UVec2, Vec2, Vec3};
 use lucerna::blocking::read_path_counts;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
@@ -206,17 +206,15 @@ pub fn batches(
     Batches { size: settings.size, sums }
 }
 
-/// Means over independent renderings with their standard errors.
-pub struct Estimate {
-    pub size: UVec2,
-    pub pixels: Vec<DVec3>,
-    pub pixel_errors: Vec<DVec3>,
-    pub mean: DVec3,
-    pub mean_error: DVec3,
+/// Means over independent renderings with their standard errors, red, green and blue of each pixel in turn.
+pub struct Estimates {
+    pixels: Vec<Estimate>,
+    means: Vec<Estimate>,
+    width: usize,
 }
 
 impl Batches {
-    pub fn estimate(&self, channel: Channel) -> Estimate {
+    pub fn estimate(&self, channel: Channel) -> Estimates {
         let pictures: Vec<Vec<DVec3>> = self
             .sums
             .iter()
@@ -225,80 +223,61 @@ impl Batches {
             })
             .collect();
         let n_pixels = pictures[0].len();
-        let (pixels, pixel_errors) =
-            (0..n_pixels).map(|ix| mean_and_error(pictures.iter().map(|p| p[ix]))).unzip();
-        let means = pictures.iter().map(|p| p.iter().sum::<DVec3>() / n_pixels as f64);
-        let (mean, mean_error) = mean_and_error(means);
-        Estimate { size: self.size, pixels, pixel_errors, mean, mean_error }
+        let of = |value: &dyn Fn(&Vec<DVec3>) -> f64| Estimate::of(pictures.iter().map(value));
+        let numbers = (0..n_pixels).flat_map(|ix| (0..3).map(move |c| (ix, c)));
+        let pixels = numbers.map(|(ix, c)| of(&|picture| picture[ix][c])).collect();
+        let mean = |picture: &Vec<DVec3>, c: usize| {
+            picture.iter().map(|pixel| pixel[c]).sum::<f64>() / n_pixels as f64
+        };
+        let means = (0..3).map(|c| of(&|picture| mean(picture, c))).collect();
+        Estimates { pixels, means, width: self.size.x as usize }
     }
 }
 
-fn mean_and_error(values: impl Iterator<Item = DVec3> + Clone) -> (DVec3, DVec3) {
-    let n = f64::from(N_BATCHES);
-    let mean = values.clone().sum::<DVec3>() / n;
-    let variance = values.map(|v| (v - mean) * (v - mean)).sum::<DVec3>() / (n - 1.0);
-    (mean, DVec3::from_array((variance / n).to_array().map(f64::sqrt)))
-}
+impl Estimates {
+    /// The picture's mean.
+    pub fn mean(&self) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|c| self.means[c].mean))
+    }
 
-impl Estimate {
-    /// Compares with the truth of each pixel.
+    /// The mean of each pixel.
+    pub fn pixels(&self) -> Vec<DVec3> {
+        let of = |of: &[Estimate]| DVec3::new(of[0].mean, of[1].mean, of[2].mean);
+        self.pixels.chunks_exact(3).map(of).collect()
+    }
+
+    /// The mean of each pixel's red, green and blue with its standard error.
+    pub fn numbers(&self) -> &[Estimate] {
+        &self.pixels
+    }
+
+    /// Compares with the truth of each pixel: the picture's mean and each pixel, by their standard errors, at the suite's
+    /// level (`lucerna::testing::assert_estimates`). Apart from chance, sums of up to 10⁴ f32 round by 3e-5 of the
+    /// brightest value.
     ///
-    /// * The picture's mean: within `tolerance` (relative), in each colour. The measured standard
-    ///   error must be at most a quarter of that: noise decides with a probability below 1e-4 (and
-    ///   always alike, for seeds are fixed).
-    /// * Each pixel: within 6 of its own standard errors (from 32 batches: Student's t of 31 degrees
-    ///   of freedom is beyond 6 with a probability of 1e-6), plus 3e-5 of the brightest value for the
-    ///   rounding of sums of up to 10⁴ f32, where there is no noise.
-    pub fn check(&self, what: &str, expected: &[DVec3], tolerance: f64) {
-        assert_eq!(expected.len(), self.pixels.len());
+    /// `resolves`: the relative error of the picture's mean that must show.
+    pub fn check(&self, what: &str, expected: &[DVec3], resolves: f64) {
         let truth = expected.iter().sum::<DVec3>() / expected.len() as f64;
-        let scale = truth.max(DVec3::splat(1e-300));
-        let error = ((self.mean - truth) / scale).abs().max_element();
-        let noise = (self.mean_error / scale).max_element();
-        let floor = 3e-5 * expected.iter().map(|v| v.max_element()).fold(0.0, f64::max);
-        let (mut worst, mut worst_ix) = (0.0, 0);
-        for (ix, ((&found, &sigma), &truth)) in
-            self.pixels.iter().zip(&self.pixel_errors).zip(expected).enumerate()
-        {
-            // NaN is the worst of all.
-            for c in 0..3 {
-                let off = (found[c] - truth[c]).abs() / (sigma[c] + floor / 6.0);
-                let off = match found[c] == truth[c] {
-                    true => 0.0,
-                    false if off.is_nan() => f64::INFINITY,
-                    false => off,
-                };
-                if off > worst {
-                    (worst, worst_ix) = (off, ix);
-                }
-            }
-        }
-        println!(
-            "{what}: mean off by {:.4} % ± {:.4} %, worst pixel by {worst:.1} sigma",
-            100.0 * error,
-            100.0 * noise
+        let brightest = expected.iter().map(|v| v.max_element()).fold(0.0, f64::max);
+        let rounding = Tolerance::absolute(3e-5 * brightest);
+        let resolves = Tolerance { relative: resolves, ..rounding };
+        let mean = assert_estimates(
+            &format!("{what}, mean"),
+            &self.means,
+            &truth.to_array(),
+            rounding,
+            resolves,
         );
-        assert!(noise <= tolerance / 4.0, "{what}: {noise} is too noisy for {tolerance}");
-        assert!(
-            error <= tolerance,
-            "{what}: mean {} ± {}, expected {truth}",
-            self.mean,
-            self.mean_error
-        );
-        assert!(
-            worst <= 6.0,
-            "{what}: pixel {} of row {}: {} ± {}, expected {}",
-            worst_ix % self.size.x as usize,
-            worst_ix / self.size.x as usize,
-            self.pixels[worst_ix],
-            self.pixel_errors[worst_ix],
-            expected[worst_ix]
-        );
+        let rows = format!("{what}, red, green, blue of {} pixels a row", self.width);
+        let flat: Vec<f64> = expected.iter().flat_map(|v| v.to_array()).collect();
+        let any = Tolerance::absolute(f64::INFINITY);
+        let pixel = assert_estimates(&rows, &self.pixels, &flat, rounding, any);
+        println!("{what}: mean {:.2}, worst pixel {pixel:.2} of what chance explains", mean);
     }
 
     /// Compares with a truth that is the same everywhere.
-    pub fn check_all(&self, what: &str, expected: DVec3, tolerance: f64) {
-        self.check(what, &vec![expected; self.pixels.len()], tolerance);
+    pub fn check_all(&self, what: &str, expected: DVec3, resolves: f64) {
+        self.check(what, &vec![expected; self.pixels.len() / 3], resolves);
     }
 }
 
