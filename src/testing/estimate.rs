@@ -2,7 +2,7 @@
 //! Judges random estimates by their own standard errors.
 
 use super::Tolerance;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// The probability that a correct program fails any of [`N_STATISTICAL_TESTS`] tests that judge by chance: 0.1 %. (Seeds
 /// are fixed, so a test that passes once passes always; the level says how much a failure after a change means.)
@@ -16,6 +16,12 @@ pub const N_STATISTICAL_TESTS: u32 = 500;
 pub fn level_of_comparison(n: usize) -> f64 {
     let n = n.max(1) as f64 * f64::from(N_STATISTICAL_TESTS);
     -((-SUITE_LEVEL).ln_1p() / n).exp_m1()
+}
+
+/// How many standard errors chance may put between an estimate and the truth, in one of `n` comparisons, if the standard
+/// error is known, as that of a share: a quantile of the normal distribution.
+pub fn normal_limit(n: usize) -> f64 {
+    -Normal::standard().inverse_cdf(0.5 * level_of_comparison(n))
 }
 
 /// The mean of independent samples, and how well they determine it.

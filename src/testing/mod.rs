@@ -53,7 +53,7 @@ use wgpu::util::DeviceExt;
 
 pub use estimate::{
     Estimate, N_STATISTICAL_TESTS, SUITE_LEVEL, assert_estimate, assert_estimates,
-    level_of_comparison,
+    level_of_comparison, normal_limit,
 };
 pub use near::{Scalars, Tolerance, assert_each, assert_near};
 pub use random::Random;

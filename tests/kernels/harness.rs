@@ -5,5 +5,5 @@
 
 pub use lucerna::testing::{
     Estimate, Random, Tolerance, assert_each, assert_estimate, assert_estimates, assert_near,
-    compose, gpu, map, map_with, ray_query_gpu, read, storage, submit, uniform,
+    compose, gpu, map, map_with, normal_limit, ray_query_gpu, read, storage, submit, uniform,
 };

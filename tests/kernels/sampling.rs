@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/sampling`.
 
-use crate::harness::{Random, gpu, map, map_with};
+use crate::harness::{Random, gpu, map, map_with, normal_limit};
 use crate::statistics::{Chart, assert_chi_square, square_bins};
 use glam::{DVec2, DVec3, Vec4};
 use std::collections::HashSet;
@@ -893,7 +893,7 @@ fn axes_of_sobol_points_are_independent_over_seeds() {
 }
 
 /// The axes of a point are scrambled independently: which of the upper 8 bits each one's scrambling flips agree in half
-/// of the seeds, within 5 standard deviations of a binomial distribution.
+/// of the seeds, by the standard deviation of a binomial distribution.
 #[test]
 fn axes_of_sobol_points_are_scrambled_apart() {
     const N: u32 = 1 << 14;
@@ -914,8 +914,8 @@ fn axes_of_sobol_points_are_scrambled_apart() {
         let agree = found.iter().filter(|[x, y]| (x ^ y) >> bit & 1 == 0).count() as f64;
         let off = (agree / f64::from(N) - 0.5).abs() * 2.0 * f64::from(N).sqrt();
         assert!(
-            off < 5.0,
-            "bit {bit} of both axes is flipped alike in {agree} of {N} seeds, expected half to 5 sigma, off by {off:.1}"
+            off < normal_limit(8),
+            "bit {bit} of both axes is flipped alike in {agree} of {N} seeds, expected half; off by {off:.1} standard deviations"
         );
     }
 }
