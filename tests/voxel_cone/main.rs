@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The technique `voxel-cone` as a whole: through pixels, against closed forms, the path tracer and itself.
 
+#[path = "../voxel_rt/bias.rs"]
+mod bias;
 #[allow(dead_code)]
 #[path = "../kernels/harness.rs"]
 mod harness;
@@ -63,4 +65,11 @@ fn large_scenes() {
         1,
         0.25,
     );
+}
+
+#[test]
+fn indirect_light_is_as_biased_as_the_page_says() {
+    bias::check("voxel-cone.md", [16, 8], &|world, camera, seed| {
+        session(world, camera, settings!(VoxelConeSettings { seed, ..cells(24) }))
+    });
 }

@@ -8,6 +8,7 @@ mod harness;
 #[path = "../reference/support.rs"]
 mod support;
 
+mod bias;
 mod changes;
 mod edges;
 mod furnace;
@@ -77,4 +78,15 @@ mod of_any_size {
         let (auto, n) = reach(&world, Levels::Auto);
         assert!(!auto.is_coarse() && n == 4 && auto.coarsest_cell == one.finest_cell, "{auto:?}");
     }
+}
+
+#[test]
+fn indirect_light_is_as_biased_as_the_page_says() {
+    use crate::session::Session;
+    use lucerna::settings;
+    use lucerna::techniques::voxel_rt::VoxelRtSettings;
+    bias::check("voxel-rt.md", [48, 16], &|world, camera, seed| {
+        let settings = settings!(VoxelRtSettings { resolution: 32, seed, ..Default::default() });
+        Session::new(world, camera, settings)
+    });
 }
