@@ -14,6 +14,7 @@ mod pixels;
 mod rays;
 mod sampling;
 mod scan;
+mod seam;
 mod sh;
 mod shadow_maps;
 mod statistics;

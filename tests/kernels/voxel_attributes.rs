@@ -63,7 +63,7 @@ struct ClipInput {
 #[test]
 fn clip_area_matches_f64() {
     let mut random = Random(61);
-    let inputs: Vec<ClipInput> = (0..40_000)
+    let mut inputs: Vec<ClipInput> = (0..40_000)
         .map(|k| {
             let half = [0.5, 0.5, 7.0, 0.003][k % 4];
             let size = half * 10f32.powf(random.range(-1.5, 1.8));
@@ -74,6 +74,20 @@ fn clip_area_matches_f64() {
             ClipInput { corners, center, half }
         })
         .collect();
+    // The most corners, nine: across a diagonal the cube's section is a hexagon, and the triangle cuts off every second of
+    // its corners, which are √½ edges from the middle.
+    inputs.extend((0..200).map(|k| {
+        let half = [0.5, 7.0, 0.003][k % 3];
+        let away = half * random.range(1.27, 1.39);
+        let axes = [Vec3::new(1.0, -1.0, 0.0), Vec3::new(1.0, 1.0, -2.0)].map(|v| v.normalize());
+        let first = k as f32 % 6.0;
+        let corners = [1.0, 3.0, 5.0].map(|sixth: f32| {
+            let (sin, cos) = ((first + sixth) * std::f32::consts::FRAC_PI_3).sin_cos();
+            ((axes[0] * cos + axes[1] * sin) * 2.0 * away).extend(0.0)
+        });
+        ClipInput { corners, center: Vec3::ZERO, half }
+    }));
+    let mut most_corners = 0;
     let outputs: Vec<[Vec4; 2]> = map(
         "#import lucerna::geometry::clip::clip_triangle_to_cube
         struct Input { a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, center: vec3<f32>, half_size: f32 }
@@ -91,6 +105,7 @@ fn clip_area_matches_f64() {
         let half = f64::from(input.half);
         let polygon = clipped(corners, DVec3::splat(-half), DVec3::splat(half));
         let expected = area_of(&polygon);
+        most_corners = most_corners.max(polygon.len());
         n_parts += usize::from(expected.length() > 0.01 * half * half);
         let size = corners.iter().map(|p| p.length()).fold(half, f64::max);
         let bound = 9.0 * 2.0 * 3f64.sqrt() * 4.0 * 6e-8 * size * 2.0 * half;
@@ -101,7 +116,10 @@ fn clip_area_matches_f64() {
         assert!(inside <= input.half * 1.001, "{input:?}: {middle}");
     }
     println!("clip: {n_parts} parts, at most {worst:.3} of the bound");
-    assert!(n_parts > 10_000, "{n_parts}");
+    assert!(
+        n_parts > 10_000 && most_corners == 9,
+        "{n_parts} parts of at most {most_corners} corners"
+    );
 }
 
 /// A face as `wgsl/components/voxels/attributes.wgsl` documents its record, decoded here by hand.

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The voxelizer against separating axes in f64, and what it promises of its structure.
 
-use crate::harness::{Random, gpu, map, read, submit};
+use crate::harness::{Random, gpu, map, read, storage, submit};
 use crate::rays::{random_triangles, soup};
 use glam::{DVec3, UVec3, Vec3};
 use lucerna::components::voxels::{
     BRICK, RasterMethod, RasterVoxelizer, Resolution, TriangleCounter, Triangles, VoxelCounts,
     VoxelError, VoxelGrid, Voxelizer, capacity_limit, grid_for_bounds, n_bricks,
 };
+use lucerna::gpu::{ComputeKernel, Dispatch};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::scene::{Instance, Scene};
+use lucerna::seam::SceneSeam;
 
 fn on_gpu(scene: &Scene) -> GpuScene {
     GpuScene::new(gpu(), scene, GpuSceneOptions::default()).unwrap()
@@ -541,4 +543,39 @@ fn bricks_are_the_shaders() {
         &[0u32],
     );
     assert_eq!(bricks, [BRICK]);
+}
+
+/// `voxels/work_groups` lays out the counted pieces of work as dispatches: ⌈n/64⌉ workgroups in rows of 32 768.
+#[test]
+fn work_is_dispatched_in_rows() {
+    let corner = |k: u32| Vec3::new(k as f32, (k % 3) as f32, (k % 7) as f32);
+    for n_triangles in [1u32, 5] {
+        let triangles: Vec<_> =
+            (0..n_triangles).map(|k| [corner(k), corner(k + 1), corner(k + 9)]).collect();
+        let scene = on_gpu(&soup(&triangles));
+        let kernel =
+            ComputeKernel::new(gpu(), scene.shaders(), Some(scene.group()), "voxels/work_groups");
+        for n in [0u32, 1, 63, 64, 65, 64 * 32_767 + 1, 64 * 32_768, 64 * 32_768 + 1, 300_000_000] {
+            // What the other words hold does not matter.
+            let mut work = vec![77u32; n_triangles as usize + 9];
+            work[n_triangles as usize] = n;
+            let work = storage(bytemuck::cast_slice(&work));
+            let groups = storage(bytemuck::cast_slice(&[5u32, 5, 5, 5, 0xabcd, 0xabcd]));
+            submit(|recorder| {
+                kernel
+                    .call(&mut recorder.compute("test"))
+                    .scene(scene.group())
+                    .bind("work", &work)
+                    .bind("groups", &groups)
+                    .dispatch(Dispatch::Rows(1));
+            });
+            let found: Vec<u32> = bytemuck::pod_collect_to_vec(&read(&groups));
+            let n_groups = n.div_ceil(64);
+            let expected = [n_groups.min(32_768), n_groups.div_ceil(32_768), 1, n, 0xabcd, 0xabcd];
+            assert_eq!(
+                found, expected,
+                "groups along x, y, z, pieces, two guards; {n} pieces of {n_triangles} triangles"
+            );
+        }
+    }
 }

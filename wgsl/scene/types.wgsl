@@ -75,10 +75,7 @@ fn seen_from(surface: Surface, direction: vec3<f32>) -> Surface {
     let front = dot(surface.geometric_normal, direction) <= 0.0;
     if !front {
         seen.geometric_normal = -surface.geometric_normal;
-        seen.shading_normal = -surface.shading_normal;
-    }
-    if !front && !surface.double_sided {
-        seen.emission = vec3<f32>(0.0);
+        seen.emission = select(vec3<f32>(0.0), surface.emission, surface.double_sided);
     }
     // A shading normal that the viewer sees from behind is reversed, as in Mitsuba's two-sided materials. Its
     // reflections are then mostly below the surface and are rejected later. (Using the geometric normal here instead
