@@ -88,7 +88,11 @@ fn glossy_planes_under_a_white_sky() {
         found.check(&format!("glossy at {degrees}°"), &expected, 0.005);
         println!("    albedos {:.4?}", truth.iter().map(|v| v.x).collect::<Vec<_>>());
         for (ix, look) in looks.iter().enumerate().filter(|(_, look)| look.1 == 1.0) {
-            assert!(truth[ix].x <= 1.0, "{look:?}");
+            assert!(
+                truth[ix].x <= 1.0,
+                "(colour, metallic, roughness) {look:?} at {degrees}°: the closed form's albedo is {}, expected at most 1",
+                truth[ix].x
+            );
         }
     }
 }
@@ -149,7 +153,7 @@ fn glossy_spheres_under_a_white_sky() {
         let k = ix % 64 / 8;
         assert!(
             pixel.x <= 1.0 + 6.0 * error.x + 1e-4,
-            "{:?}: pixel {ix}: {} ± {}",
+            "(metallic, roughness) {:?}: beauty of pixel {ix} is {} ± {}, expected at most 1 within 6 standard errors and 1e-4",
             looks[k],
             pixel.x,
             error.x
@@ -163,6 +167,11 @@ fn glossy_spheres_under_a_white_sky() {
     for k in 0..8 {
         let mean = means[k] / counts[k];
         println!("metallic, roughness {:?}: mean {mean:.4} over {} pixels", looks[k], counts[k]);
-        assert!(mean <= 1.0 + 1e-3 && mean > 0.3, "{:?}: {mean}", looks[k]);
+        assert!(
+            mean <= 1.0 + 1e-3 && mean > 0.3,
+            "(metallic, roughness) {:?}: mean beauty over {} pixels is {mean}, expected above 0.3 and at most 1.001",
+            looks[k],
+            counts[k]
+        );
     }
 }

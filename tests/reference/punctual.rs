@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Point, spot and directional lights over a plane: L = ρ/π · I·cosθ/d² at every pixel.
 
+use crate::harness::assert_each;
 use crate::support::{batches, diffuse, floor, lambert, look_down, over_pixels, scene, settings};
 use glam::{DVec2, DVec3, Vec3};
 use lucerna::scene::Light;
@@ -53,7 +54,12 @@ fn check(what: &str, lights: &[Light], n_samples: u32) {
     found.estimate(Channel::Beauty).check(what, &reflected, 0.005);
     found.estimate(Channel::Direct).check(what, &reflected, 0.005);
     for dark in [Channel::Emitted, Channel::Indirect] {
-        assert!(found.estimate(dark).pixels.iter().all(|&pixel| pixel == DVec3::ZERO), "{what}");
+        assert_each(
+            &format!("{what}: {dark:?} of pixels"),
+            &found.estimate(dark).pixels,
+            "0",
+            |&pixel| pixel == DVec3::ZERO,
+        );
     }
     let settings = settings!(ReferenceSettings { irradiance: true, ..settings });
     let found = batches(&world, &camera, &settings, n_samples);
@@ -116,7 +122,12 @@ fn light_from_below_the_plane_does_not_arrive() {
         Light::Point { position: Vec3::NEG_Y, intensity: Vec3::ONE, range: None },
     ];
     let found = batches(&diffuse(&world), &look_down(1.0, HALF), &settings(8, 8, 2), 64);
-    assert!(found.estimate(Channel::Beauty).pixels.iter().all(|&pixel| pixel == DVec3::ZERO));
+    assert_each(
+        "beauty of pixels lit from below",
+        &found.estimate(Channel::Beauty).pixels,
+        "black",
+        |&pixel| pixel == DVec3::ZERO,
+    );
 }
 
 /// One is drawn at a time, with what probability ever.

@@ -27,8 +27,8 @@ fn check_plane(what: &str, sky: Sky, irradiance: DVec3, n_samples: u32) {
     let found = batches(&world, &camera, &settings, n_samples);
     found.estimate(Channel::Beauty).check_all(what, reflected, 0.005);
     found.estimate(Channel::Direct).check_all(what, reflected, 0.005);
-    assert_eq!(found.estimate(Channel::Emitted).mean, DVec3::ZERO);
-    assert_eq!(found.estimate(Channel::Indirect).mean, DVec3::ZERO);
+    assert_eq!(found.estimate(Channel::Emitted).mean, DVec3::ZERO, "{what}: mean emitted light");
+    assert_eq!(found.estimate(Channel::Indirect).mean, DVec3::ZERO, "{what}: mean indirect light");
     let settings = settings!(ReferenceSettings { irradiance: true, ..settings });
     let found = batches(&world, &camera, &settings, n_samples);
     found.estimate(Channel::Irradiance).check_all(&format!("{what}, E"), irradiance, 0.005);
@@ -129,10 +129,22 @@ fn image_sky_seen_directly() {
             if share.x == 1.0 {
                 let off = (found.pixels[ix] - expected).abs() - 6.0 * noise;
                 // The horizon is 1000 m away: a pixel that touches it is not among these.
-                assert!(off.max_element() < 1e-4, "{forward}: pixel {ix}: {}", found.pixels[ix]);
-                assert_eq!(surfaces.rgb[ix], Vec3::ZERO);
+                assert!(
+                    off.max_element() < 1e-4,
+                    "looking to {forward}: emitted light of pixel {ix} is {}, expected {expected} within 6 · {noise} and 1e-4",
+                    found.pixels[ix]
+                );
+                assert_eq!(
+                    surfaces.rgb[ix],
+                    Vec3::ZERO,
+                    "looking to {forward}: albedo of pixel {ix}, which sees the sky alone"
+                );
             } else if share.x == 0.0 && p_below(ix, &direction) {
-                assert_eq!(found.pixels[ix], DVec3::ZERO, "{forward}: pixel {ix}");
+                assert_eq!(
+                    found.pixels[ix],
+                    DVec3::ZERO,
+                    "looking to {forward}: emitted light of pixel {ix}, which sees the floor alone"
+                );
             }
         }
     }
@@ -166,7 +178,8 @@ fn image_sky_is_seen_to_both_poles() {
             let pixel = found.pixels[ix];
             assert!(
                 off.max_element() < 1e-3,
-                "{forward}, pixel {ix}: {pixel}, expected {expected}"
+                "looking to {forward}: emitted light of pixel {ix} is {pixel}, expected {expected} within 6 · {} and 1e-3",
+                found.pixel_errors[ix]
             );
         }
     }
