@@ -341,11 +341,10 @@ fn octahedral_directions_survive_packing() {
             "{input} is mapped there and back to {}: off by {error_map:e} rad, expected below 1e-6",
             output.mapped.truncate()
         );
-        assert_each(
-            &format!("octahedral coordinates of {input}"),
-            &output.point,
-            "within −1 to 1",
-            |x| x.abs() <= 1.0,
+        assert!(
+            output.point.iter().all(|x| x.abs() <= 1.0),
+            "octahedral coordinates of {input} are {:?}, expected within −1 to 1",
+            output.point
         );
         worst = worst.max(error);
         worst_map = worst_map.max(error_map);
