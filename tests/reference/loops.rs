@@ -43,10 +43,11 @@ fn rays_get_through_all_layers_however_many_samples_there_are() {
                 "{what}: samples, rejected ones and surfaces of pixel {ix}"
             );
         }
-        for rgb in resolve(&sums, settings.size, Channel::Albedo).rgb {
+        let albedo = resolve(&sums, settings.size, Channel::Albedo).rgb;
+        for (ix, rgb) in albedo.into_iter().enumerate() {
             assert!(
                 (rgb - 0.8).abs().max_element() <= 0.8 * 3.1e-5,
-                "{what}: albedo of a pixel is {rgb}, expected 0.8 within 3.1e-5 of it"
+                "{what}: albedo of pixel {ix} is {rgb}, expected 0.8 within 3.1e-5 of it"
             );
         }
     }
