@@ -97,7 +97,10 @@ fn own_scene_is_the_scene() {
     let by_known = reference(&known, &camera, size, 1024, Channel::Beauty);
     let found = difference(&by_own, &by_known);
     println!("path tracer, own scene against GpuScene: {found}");
-    assert!(found < 0.013, "{found}");
+    assert!(
+        found < 0.013,
+        "beauty by the path tracer of the own scene differs from GpuScene's by {found} in a quarter, expected below 0.013"
+    );
 
     // The same voxels, the same rays; only where pixels look differs: the rasteriser finds a border's pixels elsewhere, by
     // up to 1/256 of their width, and base colours have 8 bits (1 % of 0.1).
@@ -109,13 +112,19 @@ fn own_scene_is_the_scene() {
     let by_known = frames(&known, &camera, &what, &mut technique, Channel::Beauty);
     let found = difference(&by_own, &by_known);
     println!("voxel-rt, own scene against GpuScene: {found}");
-    assert!(found < 0.015, "{found}");
+    assert!(
+        found < 0.015,
+        "beauty by voxel-rt of the own scene differs from GpuScene's by {found} in a quarter, expected below 0.015"
+    );
 
     // And it is the truth: within 5 %, what voxel-rt leaves of a room's light in 12 cm cells.
     let truth = reference(&own, &camera, size, 256, Channel::Beauty);
     let found = difference(&by_own, &truth);
     println!("voxel-rt against the path tracer: {found}");
-    assert!(found < 0.05, "{found}");
+    assert!(
+        found < 0.05,
+        "beauty by voxel-rt differs from the path tracer's by {found} in a quarter, expected below 0.05"
+    );
 }
 
 /// A G-buffer of one's own, drawn with matrices of one's own, gives what lucerna's gives.
@@ -146,7 +155,10 @@ fn own_gbuffer_is_a_gbuffer() {
     let by_known = Picture { width: size.x, height: size.y, rgb: sum };
     let found = difference(&by_own, &by_known);
     println!("own G-buffer against lucerna's: {found}");
-    assert!(found < 0.01, "{found}");
+    assert!(
+        found < 0.01,
+        "beauty with the own G-buffer differs from that with lucerna's by {found} in a quarter, expected below 0.01"
+    );
 
     // Pixel by pixel: the half of them that differ least differ by noise of direct light alone, which has none here (a point
     // light), and by rounding.
@@ -159,7 +171,11 @@ fn own_gbuffer_is_a_gbuffer() {
         .collect();
     each.sort_by(f32::total_cmp);
     println!("pixels: median {}, 99 % {}", each[each.len() / 2], each[each.len() * 99 / 100]);
-    assert!(each[each.len() / 2] < 0.01);
+    let median = each[each.len() / 2];
+    assert!(
+        median < 0.01,
+        "pixels with the own G-buffer differ from those with lucerna's by {median} in the median, expected below 0.01"
+    );
 }
 
 /// A technique from outside says of ambient occlusion what the path tracer says.
@@ -178,18 +194,30 @@ fn own_technique_takes_part() {
     // 192 pixels a quarter, 256 rays each that are blocked or not: at most 0.5/√49152 = 0.23 % of openness 1 for a picture.
     let found = difference(&by_own, &truth);
     println!("openness against the path tracer: {found}");
-    assert!(found < 0.013, "{found}");
+    assert!(
+        found < 0.013,
+        "openness by the own technique differs from the path tracer's by {found} in a quarter, expected below 0.013"
+    );
 
     let names: Vec<_> = technique.settings().iter().map(|(setting, _)| setting.name).collect();
-    assert_eq!(names, ["radiance", "distance", "rays"]);
+    assert_eq!(names, ["radiance", "distance", "rays"], "names of the own technique's settings");
     let error = own_technique::AmbientSettings::default().set_by_name("rays", "0").unwrap_err();
-    assert_eq!(error.to_string(), "rays is 0; possible values: 1 to 64");
+    assert_eq!(
+        error.to_string(),
+        "rays is 0; possible values: 1 to 64",
+        "error of setting rays to 0"
+    );
     let wrong = own_technique::AmbientSettings { n_rays: 65, ..Default::default() };
-    assert!(own_technique::Ambient::new(gpu(), &scene, wrong).is_err());
+    let made = own_technique::Ambient::new(gpu(), &scene, wrong);
+    assert!(made.is_err(), "65 rays are taken, expected an error: possible are 1 to 64");
 }
 
 /// A ray into the sphere, one past it, one too short.
 #[test]
 fn own_rays_meet_the_sphere() {
-    assert_eq!(own_rays::blocked().unwrap(), [1, 0, 0]);
+    assert_eq!(
+        own_rays::blocked().unwrap(),
+        [1, 0, 0],
+        "rays that are blocked: one into the sphere, one past it, one too short"
+    );
 }

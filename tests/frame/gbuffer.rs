@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The G-buffer against rays through the points that a frame samples, in f64.
 
-use crate::harness::{Random, map_with};
+use crate::harness::{Random, assert_each, map_with};
 use crate::support::{add_texture, floor, lambert, look_down, on_gpu, quad, scene};
 use crate::whole::{Rendered, accumulated, read_texture, render};
 use glam::{DVec2, DVec3, UVec2, Vec2, Vec3};
@@ -267,7 +267,10 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
         .collect();
     let there = |_: usize, _: DVec2| true;
     let jitter = found.view.data().jitter.as_dvec2();
-    assert!(jitter.abs().min_element() > 0.05, "{jitter}");
+    assert!(
+        jitter.abs().min_element() > 0.05,
+        "{what}: the jitter is {jitter}, expected above 0.05 pixels along both axes"
+    );
     let (mut n_checked, mut n_sky) = (0, 0);
     for (ix, (texel, seen)) in texels.iter().zip(&decoded).enumerate() {
         let place = DVec2::new(f64::from(texel.pixel[0]), f64::from(texel.pixel[1])) + 0.5 + jitter;
@@ -284,10 +287,17 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
         n_checked += 1;
         let (origin, direction) = ray(camera, size, place);
         let to_viewer = -direction.normalize();
-        assert!((xyz(seen.to_viewer) - to_viewer).length() < 1e-6, "{context}");
+        assert!(
+            (xyz(seen.to_viewer) - to_viewer).length() < 1e-6,
+            "{context}: direction to the viewer is {}, expected {to_viewer} within 1e-6",
+            xyz(seen.to_viewer)
+        );
         let Some(expected) = expected else {
-            assert_eq!(texel.depth, 0.0, "{context}: sees a surface in the sky");
-            assert_eq!(seen.emission[3], 0.0);
+            assert_eq!(texel.depth, 0.0, "{context}: a surface in the sky: its depth is not 0");
+            assert_eq!(
+                seen.emission[3], 0.0,
+                "{context}: the sky is decoded as a surface, expected 0"
+            );
             n_sky += 1;
             continue;
         };
@@ -299,7 +309,10 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
         let position = xyz(seen.position);
         let bound = f64::from(seen.position[3]) * flat.abs().element_sum();
         let off_plane = (position - a).dot(flat).abs();
-        assert!(off_plane <= bound, "{context}: {off_plane} off the plane, bound {bound}");
+        assert!(
+            off_plane <= bound,
+            "{context}: position {position} is {off_plane} off its triangle's plane, expected at most {bound}"
+        );
         let cosine = flat.dot(direction.normalize()).abs();
         let extent = position.length()
             + expected.t * direction.length()
@@ -307,13 +320,25 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
             + (c - a).length();
         let rounding = 16.0 * extent * 2f64.powi(-24) / cosine;
         let off = (position - point).length();
-        assert!(off <= rounding, "{context}: {off} beside {point}, bound {rounding}");
+        assert!(
+            off <= rounding,
+            "{context}: position is {position}, expected {point}: off by {off}, expected at most {rounding}"
+        );
         let depth = f64::from(found.view.data().near) / expected.t;
         let off = (f64::from(texel.depth) - depth).abs() / depth;
-        assert!(off <= rounding / expected.t + 2e-7, "{context}: depth {}", texel.depth);
+        assert!(
+            off <= rounding / expected.t + 2e-7,
+            "{context}: depth is {}, expected {depth}: off by {off:.2e} of it, expected at most {:.2e}",
+            texel.depth,
+            rounding / expected.t + 2e-7
+        );
 
         let normal = xyz(seen.geometric_normal);
-        assert!((normal - side * flat).length() < 7e-5, "{context}: {normal} {flat}");
+        assert!(
+            (normal - side * flat).length() < 7e-5,
+            "{context}: geometric normal is {normal}, expected {} within 7e-5",
+            side * flat
+        );
         let [na, nb, nc] = normals[expected.triangle];
         let w = expected.weights;
         let mut shading = (na * (1.0 - w.x - w.y) + nb * w.x + nc * w.y).normalize();
@@ -328,19 +353,30 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
         // Interpolated normals of length 0.6 and more stretch the packing's error.
         assert!(
             shading.dot(to_viewer).abs() < 2e-4 || away < 2.2e-4 + 2.0 * rounding,
-            "{context}: {away}"
+            "{context}: shading normal is {}, expected {shading}: off by {away}, expected below {}",
+            xyz(seen.shading_normal),
+            2.2e-4 + 2.0 * rounding
         );
 
         let material = &world.materials[materials[expected.triangle]];
-        assert_eq!(xyz(seen.albedo), material.base_color.truncate().as_dvec3(), "{context}");
+        assert_eq!(
+            xyz(seen.albedo),
+            material.base_color.truncate().as_dvec3(),
+            "{context}: the albedo is not the material's base colour"
+        );
         assert_eq!(
             [seen.shading_normal[3], seen.albedo[3]],
-            [material.metallic, material.roughness]
+            [material.metallic, material.roughness],
+            "{context}: metallic and roughness are not the material's"
         );
         let shines = front || material.double_sided;
         let emission = if shines { material.emission } else { Vec3::ZERO };
         let off = (xyz(seen.emission) - emission.as_dvec3()).abs();
-        assert!((off - emission.as_dvec3() * 2f64.powi(-11)).max_element() <= 0.0, "{context}");
+        assert!(
+            (off - emission.as_dvec3() * 2f64.powi(-11)).max_element() <= 0.0,
+            "{context}: emission is {}, expected {emission} within 2⁻¹¹ of it",
+            xyz(seen.emission)
+        );
 
         let (before, z) = project(previous, size, point);
         if z > 1e-3 {
@@ -353,7 +389,10 @@ fn check(what: &str, world: &Scene, camera: &Camera, previous: &Camera, size: UV
                 z
             };
             let room = 2e-6 + motion.length() * 2f64.powi(-11) + 8.0 * rounding / scale;
-            assert!((found - motion).length() <= room, "{context}: motion {found}, not {motion}");
+            assert!(
+                (found - motion).length() <= room,
+                "{context}: motion is {found}, expected {motion} within {room:.2e}"
+            );
         }
     }
     println!("{what}: {n_checked} pixels, {n_sky} of them sky");
@@ -377,7 +416,11 @@ fn gbuffer_holds_what_rays_meet() {
     let world = soup(center);
     let camera = camera_at(Vec3::new(1.0, 2.5, 7.0), Vec3::new(0.0, 1.0, 0.0), 65.0);
     let previous = camera_at(Vec3::new(1.3, 2.3, 6.5), Vec3::new(0.4, 1.1, 0.0), 60.0);
-    assert!(check("perspective", &world, &camera, &previous, size) > n_pixels * 9 / 10);
+    let n_checked = check("perspective", &world, &camera, &previous, size);
+    assert!(
+        n_checked > n_pixels * 9 / 10,
+        "perspective: {n_checked} of {n_pixels} pixels are checked, expected above 9/10 of them"
+    );
 
     let parallel = |position: Vec3| Camera {
         position,
@@ -385,17 +428,26 @@ fn gbuffer_holds_what_rays_meet() {
         ..camera_at(Vec3::new(2.0, 3.0, 8.0), Vec3::ZERO, 1.0)
     };
     let (now, before) = (parallel(Vec3::new(2.0, 3.0, 8.0)), parallel(Vec3::new(2.2, 2.9, 8.1)));
-    assert!(check("orthographic", &world, &now, &before, size) > n_pixels * 9 / 10);
+    let n_checked = check("orthographic", &world, &now, &before, size);
+    assert!(
+        n_checked > n_pixels * 9 / 10,
+        "orthographic: {n_checked} of {n_pixels} pixels are checked, expected above 9/10 of them"
+    );
 
     // Low over the floor: the near plane cuts it.
     let low = camera_at(Vec3::new(0.0, 0.02, 8.0), Vec3::new(0.0, 0.3, 0.0), 90.0);
-    assert!(check("low", &world, &low, &low, size) > n_pixels * 8 / 10);
+    let n_checked = check("low", &world, &low, &low, size);
+    assert!(
+        n_checked > n_pixels * 8 / 10,
+        "low: {n_checked} of {n_pixels} pixels are checked, expected above 8/10 of them"
+    );
 
     let away = Vec3::new(1000.0, 50.0, -700.0);
     let moved = |camera: &Camera| Camera { position: camera.position + away, ..camera.clone() };
+    let n_checked = check("far away", &soup(away), &moved(&camera), &moved(&previous), size);
     assert!(
-        check("far away", &soup(away), &moved(&camera), &moved(&previous), size)
-            > n_pixels * 9 / 10
+        n_checked > n_pixels * 9 / 10,
+        "far away: {n_checked} of {n_pixels} pixels are checked, expected above 9/10 of them"
     );
 }
 
@@ -416,8 +468,17 @@ fn masks_cut_holes() {
     let depths = found.channel(Channel::Depth);
     for (ix, albedo) in found.channel(Channel::Albedo).into_iter().enumerate() {
         let is_solid = is_solid(ix as u32 % 24 / 3, ix as u32 / 72);
-        assert_eq!(albedo, Vec3::splat(if is_solid { 1.0 } else { 0.0 }), "{ix}");
-        assert!((depths[ix].x - if is_solid { 1.0 } else { 2.0 }).abs() < 1e-6, "{ix}");
+        assert_eq!(
+            albedo,
+            Vec3::splat(if is_solid { 1.0 } else { 0.0 }),
+            "albedo of pixel {ix}, solid: {is_solid}"
+        );
+        let expected = if is_solid { 1.0 } else { 2.0 };
+        assert!(
+            (depths[ix].x - expected).abs() < 1e-6,
+            "depth of pixel {ix} is {}, expected {expected} within 1e-6",
+            depths[ix].x
+        );
     }
 }
 
@@ -435,8 +496,17 @@ fn normal_maps_turn_the_shading_normal() {
         let world = on_gpu(&world, diffuse_only, RaySource::Software);
         let found = render(&world, &look_down(2.0, 1.0), UVec2::splat(4), accumulated(1, 0), 1);
         for seen in decode(&found.view, &texels(&found)) {
-            assert!((xyz(seen.shading_normal) - expected).length() < 2e-4);
-            assert!((xyz(seen.geometric_normal) - DVec3::Y).length() < 1e-6);
+            assert!(
+                (xyz(seen.shading_normal) - expected).length() < 2e-4,
+                "diffuse only: {diffuse_only}: shading normal is {}, expected {expected} within 2e-4",
+                xyz(seen.shading_normal)
+            );
+            assert!(
+                (xyz(seen.geometric_normal) - DVec3::Y).length() < 1e-6,
+                "diffuse only: {diffuse_only}: geometric normal is {}, expected {} within 1e-6",
+                xyz(seen.geometric_normal),
+                DVec3::Y
+            );
         }
     }
 }
@@ -459,14 +529,26 @@ fn textures_are_filtered_by_footprint() {
     };
     for (ix, pixel) in albedo(n, 1).into_iter().enumerate() {
         let (x, y) = (ix as u32 % n, ix as u32 / n);
-        assert_eq!(pixel.x, if (x + y).is_multiple_of(2) { 1.0 } else { 0.0 }, "{ix}");
+        assert_eq!(
+            pixel.x,
+            if (x + y).is_multiple_of(2) { 1.0 } else { 0.0 },
+            "albedo of the texel ({x}, {y}), seen from near"
+        );
     }
     for pixel in albedo(4, 1) {
         // 188 of 255 in sRGB, rounded twice, and lavapipe's decoding (1.3e-3).
-        assert!((pixel.x - 0.5).abs() < 8e-3, "{pixel}");
+        assert!(
+            (pixel.x - 0.5).abs() < 8e-3,
+            "albedo from afar in one frame is {}, expected 0.5 within 8e-3",
+            pixel.x
+        );
     }
     for pixel in albedo(4, 64) {
-        assert!((pixel.x - 0.5).abs() < 0.06, "{pixel}");
+        assert!(
+            (pixel.x - 0.5).abs() < 0.06,
+            "albedo from afar in 64 frames is {}, expected 0.5 within 0.06",
+            pixel.x
+        );
     }
 }
 
@@ -493,7 +575,11 @@ fn mips_of_oblong_textures_keep_a_texel_a_side() {
             let at = if is_wide { ix % 4 } else { ix / 4 };
             let expected = if at >= 2 { 1.0 } else { 0.0 };
             // A mip's texels lie within one half; 8 bits are exact for both.
-            assert!((pixel.x - expected).abs() < 1e-3, "wide: {is_wide}, pixel {ix}: {pixel}");
+            assert!(
+                (pixel.x - expected).abs() < 1e-3,
+                "{width} × {height} texels: albedo of pixel {ix} is {}, expected {expected} within 1e-3",
+                pixel.x
+            );
         }
     }
 }
@@ -512,14 +598,25 @@ fn jitter_covers_the_pixel() {
     for (ix, pixel) in found.channel(Channel::Albedo).into_iter().enumerate() {
         let share = [ix % 4, ix / 4].map(|k| if k == 0 || k == 3 { 0.5f32 } else { 1.0 });
         let expected = share[0] * share[1];
-        assert!((pixel.x - expected).abs() < 0.04, "{ix}: {pixel}, expected {expected}");
+        assert!(
+            (pixel.x - expected).abs() < 0.04,
+            "albedo of pixel {ix} is {}, expected {expected} within 0.04",
+            pixel.x
+        );
     }
     // Without jitter each pixel is decided by its centre.
     let single =
         render(&world, &look_down(3.0, corner * 0.99), UVec2::splat(4), accumulated(1, 0), 1);
-    assert!(single.channel(Channel::Albedo).iter().all(|&pixel| pixel == Vec3::ONE));
+    assert_each(
+        "albedo of pixels without jitter",
+        &single.channel(Channel::Albedo),
+        "1",
+        |&pixel| pixel == Vec3::ONE,
+    );
     let sums = resolve(&found.sums, found.size, Channel::Depth);
-    assert!(sums.rgb.iter().all(|depth| (depth.x - 3.0).abs() < 1e-5));
+    assert_each("depth of pixels", &sums.rgb, "3 within 1e-5", |depth| {
+        (depth.x - 3.0).abs() < 1e-5
+    });
 }
 
 /// Quads behind one another at all distances: near/z orders them to the last.
@@ -537,11 +634,21 @@ fn reversed_depth_orders_what_lies_far() {
             let world = on_gpu(&world, true, RaySource::Software);
             let camera = camera_at(Vec3::ZERO, Vec3::NEG_Z, 60.0);
             let found = render(&world, &camera, UVec2::splat(8), accumulated(1, 0), 1);
-            assert!(found.channel(Channel::Albedo).iter().all(|&p| p == Vec3::ONE), "{distance}");
+            assert_each(
+                &format!("albedo of pixels at {distance} m, order {order:?}"),
+                &found.channel(Channel::Albedo),
+                "the nearer wall's 1",
+                |&p| p == Vec3::ONE,
+            );
             let near = f64::from(found.view.data().near);
             for texel in texels(&found) {
                 let off = f64::from(texel.depth) / (near / f64::from(distance)) - 1.0;
-                assert!(off.abs() < 5e-7, "{distance}: {}", texel.depth);
+                assert!(
+                    off.abs() < 5e-7,
+                    "{distance} m: depth is {}, expected {}: off by {off:.2e} of it, expected below 5e-7",
+                    texel.depth,
+                    near / f64::from(distance)
+                );
             }
         }
     }

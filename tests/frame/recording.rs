@@ -2,7 +2,7 @@
 //! What is recorded takes effect in its order, however it is cut into submissions; and what follows a change of the scene
 //! follows by itself.
 
-use crate::harness::{gpu, read, submit};
+use crate::harness::{assert_each, differing_bytes, gpu, read, submit};
 use crate::support::{emitter, floor, lambert, look_down, room, scene};
 use crate::whole::{accumulated, read_texture};
 use glam::{UVec2, Vec3};
@@ -109,8 +109,14 @@ fn frames(in_one: bool) -> Vec<Vec<u8>> {
 #[test]
 fn frames_in_one_submission_are_those_of_many() {
     let (many, one) = (frames(false), frames(true));
-    assert!(many.iter().all(|bytes| bytes.iter().any(|&byte| byte != 0)));
-    assert!(many == one, "the cut into submissions changes the picture");
+    for (view, (many, one)) in many.iter().zip(&one).enumerate() {
+        assert!(many.iter().any(|&byte| byte != 0), "view {view}: all bytes are 0, expected light");
+        assert!(
+            many == one,
+            "view {view}: frames in one submission against many: {}",
+            differing_bytes(one, many)
+        );
+    }
 }
 
 /// Sixty-four pieces of a rendering, each with uniforms of its own.
@@ -146,8 +152,12 @@ fn pieces_in_one_submission_are_those_of_many() {
     };
     let (many, one) = (render(false), render(true));
     let sums: Vec<PixelSums> = bytemuck::pod_collect_to_vec(&many);
-    assert!(sums.iter().all(|pixel| pixel.n_samples == 8));
-    assert!(many == one);
+    assert_each("sums of pixels", &sums, "of 8 samples", |pixel| pixel.n_samples == 8);
+    assert!(
+        many == one,
+        "sums of pieces in one submission against many: {}",
+        differing_bytes(&one, &many)
+    );
 }
 
 /// A texture that light can be shaded into.
@@ -200,8 +210,17 @@ fn views_of_different_size_stand_side_by_side() {
             // The last of the two views has seen both updates.
             if alone == 1 {
                 let found = read_texture(rigs[alone].0.indirect(), 16);
-                assert!(found.iter().any(|&byte| byte != 0));
-                assert!(found == read_texture(&light, 16), "{}", both.name());
+                let name = both.name();
+                assert!(
+                    found.iter().any(|&byte| byte != 0),
+                    "{name}: the view of {size} is black, expected light"
+                );
+                let expected = read_texture(&light, 16);
+                assert!(
+                    found == expected,
+                    "{name}: the view of {size} beside another against alone: {}",
+                    differing_bytes(&found, &expected)
+                );
             }
         }
     }
@@ -248,7 +267,11 @@ fn a_changed_scene_is_one_made_anew() {
     };
     let mut of_changed = passes();
     let old = frame(&mut of_changed, &changed);
-    assert_eq!(frame(&mut of_changed, &changed)[0].n_samples, 2, "nothing has changed yet");
+    assert_eq!(
+        frame(&mut of_changed, &changed)[0].n_samples,
+        2,
+        "samples of pixel 0 after a second frame without a change"
+    );
     submit(|recorder| {
         changed.set_lights(recorder, &after.lights).unwrap();
         changed.set_sky(recorder, &after.sky).unwrap();
@@ -259,9 +282,18 @@ fn a_changed_scene_is_one_made_anew() {
     });
     let new = frame(&mut of_changed, &changed);
     let expected = frame(&mut passes(), &fresh);
-    assert_eq!(new[0].n_samples, 1, "the sums did not begin anew");
-    assert!(bytemuck::cast_slice::<_, u8>(&new) == bytemuck::cast_slice::<_, u8>(&expected));
-    assert!(bytemuck::cast_slice::<_, u8>(&new) != bytemuck::cast_slice::<_, u8>(&old));
+    assert_eq!(
+        new[0].n_samples, 1,
+        "samples of pixel 0 after a change: the sums do not begin anew"
+    );
+    let [new, expected, old] =
+        [&new, &expected, &old].map(|sums| bytemuck::cast_slice::<_, u8>(sums));
+    assert!(
+        new == expected,
+        "sums of the changed scene against one made anew: {}",
+        differing_bytes(new, expected)
+    );
+    assert!(new != old, "sums of the changed scene are those from before, expected others");
 }
 
 /// Each technique of the list is made by its name, with settings as text, and describes them.
@@ -273,28 +305,53 @@ fn techniques_are_made_by_name() {
         let has_voxels = entry.settings.iter().any(|setting| setting.name == "voxels");
         let given: &[_] = if has_voxels { &[("seed", "7"), ("voxels", "8")] } else { &[] };
         let technique = entry.make(gpu(), &scene, given, &rays, eye).unwrap();
-        assert_eq!(technique.name(), entry.name);
+        assert_eq!(
+            technique.name(),
+            entry.name,
+            "name of the technique that the list's entry makes"
+        );
         let settings = technique.settings();
-        assert_eq!(settings.len(), entry.settings.len());
+        assert_eq!(
+            settings.len(),
+            entry.settings.len(),
+            "{}: number of settings, expected the entry's",
+            entry.name
+        );
         for ((setting, value), default) in settings.iter().zip((entry.defaults)()) {
             setting.check(value).unwrap();
             setting.check(&default).unwrap();
             // As text and back.
-            assert_eq!(setting.parse(&value.to_string()).as_ref(), Ok(value), "{}", setting.name);
+            let what = format!("{}, setting {}", entry.name, setting.name);
+            assert_eq!(
+                setting.parse(&value.to_string()).as_ref(),
+                Ok(value),
+                "{what}: value as text and back"
+            );
             let chosen = given.iter().find(|(name, _)| *name == setting.name);
-            assert_eq!(value.to_string(), chosen.map_or(default.to_string(), |(_, v)| (*v).into()));
+            assert_eq!(
+                value.to_string(),
+                chosen.map_or(default.to_string(), |(_, v)| (*v).into()),
+                "{what}: value, expected the given one or the default"
+            );
         }
         let unknown = entry.make(gpu(), &scene, &[("nonsense", "1")], &rays, eye);
-        assert!(unknown.is_err() || entry.settings.is_empty());
+        assert!(
+            unknown.is_err() || entry.settings.is_empty(),
+            "{}: the setting `nonsense` is taken, expected an error",
+            entry.name
+        );
     }
     let make = |name: &str, given| {
         let entry = TECHNIQUES.iter().find(|entry| entry.name == name).unwrap();
         entry.make(gpu(), &scene, given, &rays, eye).err().unwrap().to_string()
     };
     let error = make("voxel-rt", &[("voxels", "0")]);
-    assert_eq!(error, "voxels is 0; possible values: 1 to 256");
+    assert_eq!(error, "voxels is 0; possible values: 1 to 256", "error of voxel-rt with voxels 0");
     let error = make("voxel-cone", &[("specular", "shiny")]);
-    assert_eq!(error, "specular is shiny; possible values: 0.1 to 119, or roughness, off");
+    assert_eq!(
+        error, "specular is shiny; possible values: 0.1 to 119, or roughness, off",
+        "error of voxel-cone with specular shiny"
+    );
 }
 
 /// What a technique counts can be read, and every debug view it lists can be drawn.
@@ -315,20 +372,35 @@ fn stats_and_debug_views() {
             submit(|recorder| passes.record(recorder, &scene, &view, &mut **technique)).unwrap();
             pictures.push(read_texture(passes.indirect(), 16));
         }
+        let name = technique.name();
         for (ix, picture) in pictures.iter().enumerate() {
-            assert!(picture.iter().any(|&byte| byte != 0), "{} {ix}", technique.name());
-            assert!(!pictures[..ix].contains(picture), "{} {ix}", technique.name());
+            assert!(
+                picture.iter().any(|&byte| byte != 0),
+                "{name}: picture {ix} (0: without a debug view) is black, expected something"
+            );
+            let same = pictures[..ix].iter().position(|earlier| earlier == picture);
+            assert!(
+                !pictures[..ix].contains(picture),
+                "{name}: picture {ix} (0: without a debug view) is picture {same:?}, expected another"
+            );
         }
         passes.debug_view = Some("nonsense".into());
         let drawn = submit(|recorder| passes.record(recorder, &scene, &view, &mut **technique));
-        assert!(matches!(drawn, Err(TechniqueError::NoDebugView(_))));
+        assert!(
+            matches!(drawn, Err(TechniqueError::NoDebugView(_))),
+            "{name}: the debug view `nonsense` gives {drawn:?}, expected NoDebugView"
+        );
         let mut n_voxels = 0;
         for stat in technique.stats() {
             let number = lucerna::blocking::read_stat(gpu(), &stat).unwrap();
-            assert!(stat.fault.is_none() || number == 0, "{}: {number}", stat.name);
+            assert!(
+                stat.fault.is_none() || number == 0,
+                "{name}: {} is {number}, expected 0 for a fault",
+                stat.name
+            );
             n_voxels += if stat.name == "voxels of a level" { number } else { 0 };
         }
         // A closed room of some hundred cells' surface.
-        assert!((100..4000).contains(&n_voxels), "{n_voxels}");
+        assert!((100..4000).contains(&n_voxels), "{name}: {n_voxels} voxels, expected 100 to 3999");
     }
 }

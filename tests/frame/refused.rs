@@ -28,10 +28,18 @@ fn pictures_without_pixels() {
     let world = upload(&plane()).unwrap();
     for size in [UVec2::ZERO, UVec2::new(0, 8), UVec2::new(8, 0)] {
         let made = FramePasses::new(gpu(), &world, size, DirectSettings::default());
-        assert!(made.is_err_and(|error| error.to_string().contains("at least 1×1")), "{size}");
+        let error = made.err().map(|error| error.to_string());
+        assert!(
+            error.as_ref().is_some_and(|error| error.contains("at least 1×1")),
+            "frame of {size} pixels: the error is {error:?}, expected `at least 1×1`"
+        );
         let asked = reference_settings(size.x, size.y, 1);
         let made = render_reference(gpu(), &world, &look_down(1.0, 1.0), &asked, 1, |_| true);
-        assert!(matches!(made, Err(ReferenceError::Gpu(GpuError::EmptyPicture { .. }))), "{size}");
+        assert!(
+            matches!(made, Err(ReferenceError::Gpu(GpuError::EmptyPicture { .. }))),
+            "reference of {size} pixels: the error is {:?}, expected EmptyPicture",
+            made.err()
+        );
     }
 }
 
@@ -41,7 +49,12 @@ fn references_wider_than_textures() {
     let world = upload(&plane()).unwrap();
     let asked = reference_settings(gpu().device.limits().max_texture_dimension_2d + 1, 1, 0);
     let made = render_reference(gpu(), &world, &look_down(1.0, 1.0), &asked, 1, |_| true);
-    assert_eq!(made.unwrap().0.len(), asked.size.x as usize);
+    assert_eq!(
+        made.unwrap().0.len(),
+        asked.size.x as usize,
+        "number of pixels of a picture of {}",
+        asked.size
+    );
 }
 
 /// Each part of a scene that does not fit the others is named.
@@ -75,8 +88,13 @@ fn scenes_whose_parts_do_not_fit() {
     for (problem, edit) in edits {
         let mut world = plane();
         edit(&mut world);
-        let Err(error) = upload(&world) else { panic!("{problem}: taken") };
-        assert!(error.to_string().contains(problem), "{error}, expected {problem}");
+        let Err(error) = upload(&world) else {
+            panic!("the scene is taken, expected the error `{problem}`")
+        };
+        assert!(
+            error.to_string().contains(problem),
+            "the error is `{error}`, expected `{problem}`"
+        );
     }
 }
 
@@ -93,11 +111,25 @@ fn a_refused_change_changes_nothing() {
     let (before, revisions) = (picture(&world), world.revisions());
     let sky = Sky::Image { width: 3, height: 3, rgb: vec![Vec3::ONE; 8] };
     let changed = submit(|recorder| world.set_sky(recorder, &sky));
-    assert!(matches!(changed, Err(GpuSceneError::Invalid(_))));
+    assert!(
+        matches!(changed, Err(GpuSceneError::Invalid(_))),
+        "a sky of 3 × 3 with 8 texels gives {changed:?}, expected Invalid"
+    );
     let changed = submit(|recorder| world.set_material(recorder, 1, &lambert([1.0; 3])));
-    assert!(matches!(changed, Err(GpuSceneError::NoMaterial { material_ix: 1, n: 1 })));
-    assert_eq!(world.revisions(), revisions);
-    assert_eq!(picture(&world), before);
+    assert!(
+        matches!(changed, Err(GpuSceneError::NoMaterial { material_ix: 1, n: 1 })),
+        "material 1 of 1 gives {changed:?}, expected NoMaterial"
+    );
+    assert_eq!(
+        world.revisions(),
+        revisions,
+        "revisions after a refused change, expected those before"
+    );
+    assert_eq!(
+        picture(&world),
+        before,
+        "direct light after a refused change, expected that before"
+    );
 }
 
 #[test]
@@ -125,10 +157,20 @@ fn work_outside_a_film() {
         Work { n_rows: 5, ..work },
         Work { first_row: u32::MAX, ..work },
     ] {
-        assert!(matches!(record(&asked, outside), Err(Mismatch::Rows)), "{outside:?}");
+        let recorded = record(&asked, outside);
+        assert!(
+            matches!(recorded, Err(Mismatch::Rows)),
+            "{outside:?} of a film of 4 rows gives {recorded:?}, expected Rows"
+        );
     }
     let other = reference_settings(8, 5, 1);
-    assert!(matches!(record(&other, work), Err(Mismatch::Size { .. })));
+    let recorded = record(&other, work);
+    assert!(
+        matches!(recorded, Err(Mismatch::Size { .. })),
+        "a picture of {} on a film of {} gives {recorded:?}, expected Size",
+        other.size,
+        asked.size
+    );
 }
 
 #[test]
@@ -156,11 +198,18 @@ fn textures_of_other_sizes() {
             view(4, GBuffer::DEPTH),
         )
     };
-    assert!(made(GBuffer::NORMALS, 4).is_ok());
+    let same = made(GBuffer::NORMALS, 4);
+    assert!(same.is_ok(), "textures of one size give {:?}, expected a G-buffer", same.err());
     let other = made(GBuffer::NORMALS, 5).unwrap_err();
-    assert!(matches!(other, GpuError::OtherSize { what: "normals", .. }), "{other}");
+    assert!(
+        matches!(other, GpuError::OtherSize { what: "normals", .. }),
+        "normals 5 texels wide beside 4: the error is `{other}`, expected OtherSize of normals"
+    );
     let other = made(GBuffer::ALBEDO, 4).unwrap_err();
-    assert!(matches!(other, GpuError::OtherFormat { what: "normals", .. }), "{other}");
+    assert!(
+        matches!(other, GpuError::OtherFormat { what: "normals", .. }),
+        "normals in the albedo's format: the error is `{other}`, expected OtherFormat of normals"
+    );
 }
 
 /// Own modules that do not compose are told without a panic.
@@ -173,9 +222,18 @@ fn modules_that_do_not_compose() {
             text: text.into(),
         })
     };
-    assert!(Shaders::default().check(&["frame/gbuffer", "scan/add"]).is_ok());
+    let known = Shaders::default().check(&["frame/gbuffer", "scan/add"]);
+    assert!(
+        known.is_ok(),
+        "own kernels of the library give {:?}, expected no problems",
+        known.err()
+    );
     let problems = own("fn pack_direction(").check(&["frame/gbuffer"]).unwrap_err();
-    assert!(problems[0].to_string().contains("has no `unpack_direction`"), "{}", problems[0]);
+    assert!(
+        problems[0].to_string().contains("has no `unpack_direction`"),
+        "the first problem is `{}`, expected `has no `unpack_direction``",
+        problems[0]
+    );
 }
 
 /// Contents cannot be bound to a field's uniform.
@@ -212,6 +270,13 @@ fn stopped_while_warming_up() {
             n_asked != 2
         })
         .unwrap();
-    assert!(stats.stopped);
-    assert_eq!((stats.n_frames, n_asked), (1, 3));
+    assert!(
+        stats.stopped,
+        "rendering told to stop in its second frame does not say that it was stopped: {stats:?}"
+    );
+    assert_eq!(
+        (stats.n_frames, n_asked),
+        (1, 3),
+        "frames rendered and times asked when told to stop at the second question"
+    );
 }

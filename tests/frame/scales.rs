@@ -38,9 +38,19 @@ fn an_emitter_smaller_than_a_pixel_counts_by_what_it_covers() {
         let coverage = (x[1] - x[0]) * (z[1] - z[0]);
         let error = emitted[2 * 4 + 2] / (Vec3::new(3.0, 2.0, 1.0) * coverage) - 1.0;
         println!("{x:?} {z:?}: off by {:.2} %", 100.0 * error.x);
-        assert!(error.abs().max_element() <= 0.02, "{x:?} {z:?}: {error}");
+        assert!(
+            error.abs().max_element() <= 0.02,
+            "emitter at x {x:?}, z {z:?}: emitted light is {}, expected {coverage} of its radiance: off by {error}, expected at most 0.02",
+            emitted[2 * 4 + 2]
+        );
         let others = emitted.iter().enumerate().filter(|(ix, _)| *ix != 2 * 4 + 2);
-        assert!(others.into_iter().all(|(_, rgb)| *rgb == Vec3::ZERO), "{emitted:?}");
+        for (ix, rgb) in others {
+            assert_eq!(
+                *rgb,
+                Vec3::ZERO,
+                "emitter at x {x:?}, z {z:?}: emitted light of pixel {ix}, which it does not cover"
+            );
+        }
     }
 }
 
@@ -59,7 +69,10 @@ fn few_frames_see_a_strip_along_any_side() {
         let found = render(&world, &look_down(1.0, 2.0), UVec2::splat(4), accumulated(32, 0), 1);
         let seen = 32.0 * found.channel(Channel::Emitted)[2 * 4 + 2].x;
         let expected = 32.0 * (x[1] - x[0]) * (z[1] - z[0]);
-        assert!((seen - expected).abs() <= 1.1, "{x:?} {z:?}: {seen} of 32 for {expected}");
+        assert!(
+            (seen - expected).abs() <= 1.1,
+            "emitter at x {x:?}, z {z:?}: {seen} of 32 frames see it, expected {expected} within 1.1"
+        );
     }
 }
 
@@ -79,12 +92,20 @@ fn a_scene_of_any_size_is_seen() {
         let found = render(&world, &camera, UVec2::splat(4), accumulated(16, 0), 4);
         for depth in found.channel(Channel::Depth) {
             let error = (depth.x / (0.1 * scale) - 1.0).abs();
-            assert!(error <= 1e-5, "{scale} m: depth {depth}");
+            assert!(
+                error <= 1e-5,
+                "floor of {scale} m: depth is {}, expected {} within 1e-5 of it",
+                depth.x,
+                0.1 * scale
+            );
         }
         // An open floor under a white sky: ρ.
         let direct = found.channel(Channel::Direct);
         let mean = direct.iter().sum::<Vec3>().x / direct.len() as f32;
-        assert!((mean - 0.5).abs() <= 0.01, "{scale} m: {mean}");
+        assert!(
+            (mean - 0.5).abs() <= 0.01,
+            "floor of {scale} m: mean direct light is {mean}, expected 0.5 within 0.01"
+        );
     }
 }
 
@@ -106,9 +127,22 @@ fn what_is_close_is_seen_in_a_large_scene() {
     // The plate covers the inner third of the picture: tan(½) · 3 mm is 1.64 mm.
     let (inner, corner) = (3 * 8 + 3, 0);
     // 0.5 − 0.497 has 17 bits in f32.
-    assert!((depth[inner].x / 0.003 - 1.0).abs() < 2e-5, "{}", depth[inner]);
-    assert!((depth[corner].x / 0.5 - 1.0).abs() < 1e-6, "{}", depth[corner]);
-    assert!((albedo[inner].x - 0.75).abs() < 0.005 && (albedo[corner].x - 0.25).abs() < 0.005);
+    assert!(
+        (depth[inner].x / 0.003 - 1.0).abs() < 2e-5,
+        "depth of the plate is {}, expected 0.003 within 2e-5 of it",
+        depth[inner].x
+    );
+    assert!(
+        (depth[corner].x / 0.5 - 1.0).abs() < 1e-6,
+        "depth of the ground is {}, expected 0.5 within 1e-6 of it",
+        depth[corner].x
+    );
+    assert!(
+        (albedo[inner].x - 0.75).abs() < 0.005 && (albedo[corner].x - 0.25).abs() < 0.005,
+        "albedo of the plate is {} and of the ground {}, expected 0.75 and 0.25 within 0.005",
+        albedo[inner].x,
+        albedo[corner].x
+    );
 }
 
 /// k times the light is k times the picture: emitted and direct, within a part in a thousand.
@@ -125,14 +159,21 @@ fn pictures_scale_with_the_lights() {
         let world = diffuse(&scene(meshes, vec![lambert([0.5; 3]), emitter(emission.into())]));
         let size = UVec2::splat(8);
         let found = render(&world, &look_down(3.0, 2.0), size, accumulated(8, 0), 4);
-        assert_eq!(found.n_rejected, 0);
+        assert_eq!(
+            found.n_rejected, 0,
+            "{k:e} times the light: pixels are rejected, expected none"
+        );
         [Channel::Emitted, Channel::Direct].map(|channel| found.channel(channel))
     };
     let one = light(1.0);
     for k in [1e-6f32, 1e-3, 1e3, 1e6] {
         for (scaled, plain) in light(k).iter().flatten().zip(one.iter().flatten()) {
             let error = (*scaled / k - *plain).abs().max_element();
-            assert!(error <= 1e-3 * plain.max_element(), "{k}: {scaled} for {plain}");
+            assert!(
+                error <= 1e-3 * plain.max_element(),
+                "{k:e} times the light: a pixel is {} per unit, expected {plain} within 1e-3 of its largest",
+                *scaled / k
+            );
         }
     }
 }
@@ -152,9 +193,12 @@ fn direct_light_is_right_or_counted() {
     found.run(&world, &look_down(2.0, 0.2), ViewSettings::default(), &mut NoIndirect);
     let [n_rejected, n_cut]: [u32; 2] =
         bytemuck::pod_read_unaligned(&read(found.passes.direct.faults())[..8]);
-    assert_eq!(n_rejected, 0);
+    assert_eq!(n_rejected, 0, "pixels are rejected, expected none");
     let direct = found.channel(Channel::Direct);
     let n_wrong = direct.iter().filter(|rgb| (**rgb - 0.8).abs().max_element() > 0.08).count();
     println!("{}: {n_wrong} wrong, {n_cut} counted", gpu().device.adapter_info().name);
-    assert!(n_wrong as u32 <= n_cut, "{direct:?}");
+    assert!(
+        n_wrong as u32 <= n_cut,
+        "{n_wrong} pixels of direct light are beside 0.8 by more than 0.08, expected at most the {n_cut} that are counted as cut: {direct:?}"
+    );
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Shadow maps against rays and closed forms.
 
-use crate::harness::gpu;
+use crate::harness::{assert_each, gpu};
 use crate::support::{floor, lambert, look_down, quad, scene};
 use crate::whole::{Rendered, accumulated};
 use glam::{UVec2, Vec3};
@@ -110,11 +110,16 @@ fn maps_agree_with_rays_away_from_edges() {
                 n_compared += 1;
                 n_shaded += usize::from(here == 0.0);
                 let found = maps[(y * 96 + x) as usize].y;
-                let what = format!("{name}, pixel {x}, {y}: {found} for {here}");
+                let what = format!(
+                    "{name}, pixel ({x}, {y}): direct light by maps is {found}, by rays {here}; expected within 1 %"
+                );
                 assert!((found - here).abs() <= 0.01 * here, "{what}");
             }
         }
-        assert!(n_compared > 4000 && n_shaded > 100, "{name}: {n_compared}, {n_shaded}");
+        assert!(
+            n_compared > 4000 && n_shaded > 100,
+            "{name}: {n_compared} pixels are compared and {n_shaded} of them in shadow, expected above 4000 and 100"
+        );
     }
 }
 
@@ -144,9 +149,12 @@ fn wide_filters_leave_slanted_surfaces_lit() {
             let shadows = settings!(ShadowSettings { resolution: 512, filtering });
             let maps = direct(&world, &camera, size, Some(shadows));
             let n_lit = rays.iter().filter(|v| v.y > 0.0).count();
-            assert!(n_lit > 200, "{name}: {n_lit}");
+            assert!(n_lit > 200, "{name}: {n_lit} pixels are lit by rays, expected above 200");
             for (pixel, (found, expected)) in maps.iter().zip(&rays).enumerate() {
-                let what = format!("{name}, {filtering:?}, pixel {pixel}: {found} for {expected}");
+                let what = format!(
+                    "{name}, {filtering:?}, pixel {pixel}: direct light by maps is {}, by rays {}; expected within 1 %",
+                    found.y, expected.y
+                );
                 assert!((found.y - expected.y).abs() <= 0.01 * expected.y, "{what}");
             }
         }
@@ -208,7 +216,10 @@ fn pcss_penumbra_is_as_wide_as_similar_triangles_say() {
         let blocker = f64::from(high - over_floor);
         let expected = 2.0 * f64::from(radius) * f64::from(over_floor) / blocker * u;
         eprintln!("R = {radius}, plate {over_floor} m high: {width:.4} m for {expected:.4}");
-        assert!((width / expected - 1.0).abs() < 0.15, "{width} for {expected}");
+        assert!(
+            (width / expected - 1.0).abs() < 0.15,
+            "light of radius {radius}, plate {over_floor} m high: penumbra is {width:.4} m wide, expected {expected:.4} within 15 %"
+        );
     }
 }
 
@@ -238,10 +249,14 @@ fn masked_parts_cast_no_shadow() {
     );
     world.lights.push(spot(Vec3::new(0.0, 3.0, 0.0), -Vec3::Y));
     let picture = direct(&world, &look_down(0.5, 2.0), UVec2::splat(8), Some(pcf()));
-    assert!(picture.iter().all(|pixel| pixel.y > 0.0), "{picture:?}");
+    assert_each("direct light of pixels under a masked plate", &picture, "above 0", |pixel| {
+        pixel.y > 0.0
+    });
     world.materials[1].base_color.w = 1.0;
     let picture = direct(&world, &look_down(0.5, 0.9), UVec2::splat(8), Some(pcf()));
-    assert!(picture.iter().all(|&pixel| pixel == Vec3::ZERO), "{picture:?}");
+    assert_each("direct light of pixels under a solid plate", &picture, "black", |&pixel| {
+        pixel == Vec3::ZERO
+    });
 }
 
 #[test]
@@ -258,8 +273,16 @@ fn shadow_settings_out_of_range_are_refused() {
         settings!(ShadowSettings { filtering: pcss(0.1, 90.0), ..pcf() }),
     ] {
         let error = ShadowMaps::new(gpu(), &world, settings).unwrap_err();
-        assert!(matches!(error, ShadowError::Setting { .. }), "{settings:?}: {error}");
+        assert!(
+            matches!(error, ShadowError::Setting { .. }),
+            "{settings:?}: the error is `{error}`, expected one of the settings"
+        );
     }
     // A scene without lights, or without triangles, has maps all the same.
-    assert!(ShadowMaps::new(gpu(), &world, pcf()).is_ok());
+    let made = ShadowMaps::new(gpu(), &world, pcf());
+    assert!(
+        made.is_ok(),
+        "shadow maps of a scene without lights fail, expected to be made: {:?}",
+        made.err()
+    );
 }

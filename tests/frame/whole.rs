@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Frames as a whole: rendering helpers, repeatability, empty scenes, what is not finite, sums.
 
-use crate::harness::{gpu, read, submit};
+use crate::harness::{assert_each, differing_bytes, gpu, read, submit};
 use crate::support::{diffuse, emitter, floor, lambert, look_down, scene};
 use glam::{UVec2, Vec3};
 use lucerna::components::voxel_light::Eye;
@@ -141,8 +141,13 @@ fn same_input_gives_the_same_bytes() {
         let found = render(&world, &look_down(3.0, 2.5), size, accumulated(3, seed), 4);
         bytemuck::cast_slice::<_, u8>(&found.sums).to_vec()
     };
-    assert!(bytes(1) == bytes(1), "two renderings differ");
-    assert!(bytes(1) != bytes(2), "the seed does nothing");
+    let (first, second) = (bytes(1), bytes(1));
+    assert!(
+        first == second,
+        "sums of two renderings with seed 1: {}",
+        differing_bytes(&second, &first)
+    );
+    assert!(bytes(1) != bytes(2), "sums with seeds 1 and 2 are the same, expected others");
 }
 
 /// The mean that is shown is that of the sums: (emitted + direct + indirect)/n. One frame more or
@@ -157,26 +162,26 @@ fn beauty_is_the_mean_of_the_sums_and_reset_begins_anew() {
         let shown: Vec<[f32; 4]> =
             bytemuck::pod_collect_to_vec(&read_texture(found.passes.accumulator.beauty(), 16));
         let beauty = resolve(sums, size, Channel::Beauty).rgb;
-        for (shown, beauty) in shown.iter().zip(&beauty) {
+        for (ix, (shown, beauty)) in shown.iter().zip(&beauty).enumerate() {
             let off = (Vec3::from_slice(shown) - *beauty).abs();
             assert!(
                 (off / beauty.max(Vec3::splat(1e-3))).max_element() < 1e-6,
-                "{shown:?} {beauty}"
+                "pixel {ix}: {shown:?} is shown, expected {beauty} within 1e-6 of it"
             );
         }
         beauty
     };
     let first = check(&found, &found.sums);
-    assert!(first.iter().all(|pixel| pixel.min_element() > 0.0));
-    assert_eq!(found.passes.accumulator.n_frames(), 5);
-    assert!(found.sums.iter().all(|pixel| pixel.n_samples == 5));
+    assert_each("beauty of pixels", &first, "above 0", |pixel| pixel.min_element() > 0.0);
+    assert_eq!(found.passes.accumulator.n_frames(), 5, "frames that the accumulator counts");
+    assert_each("sums of pixels", &found.sums, "of 5 samples", |pixel| pixel.n_samples == 5);
 
     found.passes.accumulator.reset();
     let Rendered { passes, view, .. } = &mut found;
     submit(|recorder| passes.record(recorder, &world, view, &mut NoIndirect)).unwrap();
     let stripe = &found.passes.accumulator.film().stripes()[0];
     let sums: Vec<PixelSums> = bytemuck::pod_collect_to_vec(&read(&stripe.sums));
-    assert!(sums.iter().all(|pixel| pixel.n_samples == 1), "sums did not begin anew");
+    assert_each("sums of pixels after a reset", &sums, "of 1 sample", |pixel| pixel.n_samples == 1);
     check(&found, &sums);
 }
 
@@ -187,18 +192,44 @@ fn empty_and_dark_scenes() {
     let camera = look_down(3.0, 1.0);
     let empty = render(&diffuse(&scene(vec![], vec![])), &camera, size, accumulated(2, 0), 4);
     for channel in [Channel::Beauty, Channel::Albedo, Channel::Normal, Channel::Depth] {
-        assert!(empty.channel(channel).iter().all(|&pixel| pixel == Vec3::ZERO), "{channel:?}");
+        assert_each(
+            &format!("{channel:?} of pixels of an empty scene"),
+            &empty.channel(channel),
+            "0",
+            |&pixel| pixel == Vec3::ZERO,
+        );
     }
     let dark = scene(vec![floor(9.0, 0.0, 0)], vec![lambert([1.0; 3])]);
     let dark = render(&diffuse(&dark), &camera, size, accumulated(2, 0), 4);
-    assert!(dark.channel(Channel::Beauty).iter().all(|&pixel| pixel == Vec3::ZERO));
-    assert!(dark.channel(Channel::Albedo).iter().all(|&pixel| pixel == Vec3::ONE));
-    assert_eq!(empty.n_rejected + dark.n_rejected, 0);
+    assert_each(
+        "beauty of pixels without light",
+        &dark.channel(Channel::Beauty),
+        "black",
+        |&pixel| pixel == Vec3::ZERO,
+    );
+    assert_each("albedo of pixels without light", &dark.channel(Channel::Albedo), "1", |&pixel| {
+        pixel == Vec3::ONE
+    });
+    assert_eq!(
+        empty.n_rejected + dark.n_rejected,
+        0,
+        "rejected pixels of an empty and a dark scene"
+    );
     let sky = Vec3::new(70000.0, 2.0, 0.5);
     let sky_only = Scene { sky: Sky::Constant(sky), ..scene(vec![], vec![]) };
     let sky_only = render(&diffuse(&sky_only), &camera, size, accumulated(2, 0), 4);
-    assert!(sky_only.channel(Channel::Emitted).iter().all(|&pixel| pixel == sky), "clipped");
-    assert!(sky_only.channel(Channel::Direct).iter().all(|&pixel| pixel == Vec3::ZERO));
+    assert_each(
+        "emitted light of pixels of a sky alone",
+        &sky_only.channel(Channel::Emitted),
+        &format!("the sky's {sky}"),
+        |&pixel| pixel == sky,
+    );
+    assert_each(
+        "direct light of pixels of a sky alone",
+        &sky_only.channel(Channel::Direct),
+        "black",
+        |&pixel| pixel == Vec3::ZERO,
+    );
 }
 
 /// An infinite light: each pixel of each frame is replaced by 0, counted, and nothing else is lost.
@@ -212,9 +243,16 @@ fn light_that_is_not_finite_is_replaced_and_counted() {
     });
     let size = UVec2::new(8, 5);
     let found = render(&diffuse(&world), &look_down(3.0, 1.0), size, accumulated(3, 0), 4);
-    assert_eq!(found.n_rejected, 3 * 8 * 5);
-    assert!(found.channel(Channel::Beauty).iter().all(|&pixel| pixel == Vec3::ZERO));
-    assert!(found.sums.iter().all(|pixel| pixel.n_rejected == 0 && pixel.n_surfaces == 3));
+    assert_eq!(found.n_rejected, 3 * 8 * 5, "rejected pixels of 3 frames of 8 × 5, expected all");
+    assert_each("beauty of rejected pixels", &found.channel(Channel::Beauty), "black", |&pixel| {
+        pixel == Vec3::ZERO
+    });
+    assert_each(
+        "sums of pixels",
+        &found.sums,
+        "without rejected samples and of 3 surfaces",
+        |pixel| pixel.n_rejected == 0 && pixel.n_surfaces == 3,
+    );
 }
 
 /// Constant radiance, NaN in the pixel (1, 0), that alternates between two textures.
@@ -244,7 +282,12 @@ impl Technique for Glow {
         pixels: &Pixels,
         target: &wgpu::TextureView,
     ) -> Result<(), TechniqueError> {
-        assert_eq!(pixels.view.frame_ix() as usize, self.n_updates - 1);
+        assert_eq!(
+            pixels.view.frame_ix() as usize,
+            self.n_updates - 1,
+            "index of the frame that is shaded after {} updates",
+            self.n_updates
+        );
         let (from, to) = (self.textures[self.n_updates % 2].texture(), target.texture());
         let (from, to) = (from.as_image_copy(), to.as_image_copy());
         recorder.encoder().copy_texture_to_texture(from, to, target.texture().size());
@@ -288,8 +331,12 @@ fn a_techniques_light_is_indirect_and_its_nan_is_left_out() {
     let found = render_with(&world, &look_down(3.0, 1.0), size, settings, 4, &mut glow);
     for (ix, pixel) in found.channel(Channel::Indirect).into_iter().enumerate() {
         let expected = if ix == 1 { Vec3::ZERO } else { Vec3::new(2.0, 4.0, 6.0) };
-        assert_eq!(pixel, expected, "{ix}");
-        assert_eq!(found.sums[ix].n_rejected, if ix == 1 { 4 } else { 0 });
+        assert_eq!(pixel, expected, "indirect light of pixel {ix} (1: NaN)");
+        assert_eq!(
+            found.sums[ix].n_rejected,
+            if ix == 1 { 4 } else { 0 },
+            "rejected samples of pixel {ix} (1: NaN) in 4 frames"
+        );
     }
 }
 
@@ -316,6 +363,12 @@ fn timers_name_every_pass() {
     }
     let times = timers.milliseconds(&read(timers.resolved()));
     let names: Vec<_> = times.iter().map(|&(name, _)| name).collect();
-    assert_eq!(names, ["frame/gbuffer", "frame/direct", "frame/composite"]);
-    assert!(times.iter().all(|&(_, ms)| (0.0..60_000.0).contains(&ms)), "{times:?}");
+    assert_eq!(
+        names,
+        ["frame/gbuffer", "frame/direct", "frame/composite"],
+        "names of the timed passes"
+    );
+    assert_each("milliseconds of passes", &times, "within 0 to 60 000", |&(_, ms)| {
+        (0.0..60_000.0).contains(&ms)
+    });
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/bsdf`.
 
-use crate::harness::{Random, gpu, map, normal_limit};
+use crate::harness::{Random, assert_each, gpu, map, normal_limit};
 use crate::sampling::{unit_corners, unit_inputs};
 use crate::statistics::{Chart, assert_chi_square};
 use glam::{DVec3, Vec3, Vec4};
@@ -232,14 +232,24 @@ fn metallic_roughness_matches_the_specification_and_is_reciprocal() {
         let (m, wo, wi) = (input.material(), input.wo.as_dvec3(), input.wi.as_dvec3());
         let (expected, lobe) = m.evaluate(wo, wi);
         let tolerance = lobe_tolerance(m.alpha, input.wo, input.wi);
-        let what = format!("{m:?} wo {wo} wi {wi}: {there}, {back} for {expected}");
+        let what = format!("{m:?}, wo {wo}, wi {wi}");
         for lane in 0..3 {
             let bound = tolerance * expected[lane] + 1e-6 * (lobe + 1.0);
-            assert!((f64::from(there[lane]) - expected[lane]).abs() <= bound, "{what}");
-            assert!((there[lane] - back[lane]).abs() as f64 <= bound, "{what}");
+            assert!(
+                (f64::from(there[lane]) - expected[lane]).abs() <= bound,
+                "{what}: f is {there}, expected {expected} within {bound:.1e} in lane {lane}"
+            );
+            assert!(
+                (there[lane] - back[lane]).abs() as f64 <= bound,
+                "{what}: f with directions exchanged is {back}, expected {there} within {bound:.1e} in lane {lane}"
+            );
         }
         let pdf = m.pdf(wo, wi);
-        assert!((f64::from(there.w) - pdf).abs() <= tolerance * pdf + 1e-6, "{what}: pdf {pdf}");
+        assert!(
+            (f64::from(there.w) - pdf).abs() <= tolerance * pdf + 1e-6,
+            "{what}: the pdf is {}, expected {pdf} within {tolerance:.1e} of it and 1e-6",
+            there.w
+        );
     }
 }
 
@@ -257,15 +267,26 @@ fn metallic_roughness_is_black_below_and_finite_at_the_horizon() {
     }
     let drawn = sample(&inputs);
     for ((input, values), [direction, weight]) in inputs.iter().zip(evaluate(&inputs)).zip(drawn) {
+        let what = format!("roughness {}, wo {}, wi {}", input.roughness, input.wo, input.wi);
         for value in values {
-            assert!(value.is_finite() && value.cmpge(Vec4::ZERO).all(), "{value}");
+            assert!(
+                value.is_finite() && value.cmpge(Vec4::ZERO).all(),
+                "{what}: f and pdf are {value}, expected finite and at least 0"
+            );
             if input.wo.z <= 0.0 || input.wi.z <= 0.0 {
-                assert_eq!(value, Vec4::ZERO);
+                assert_eq!(value, Vec4::ZERO, "{what}: f and pdf below the surface");
             }
         }
-        assert!(direction.is_finite() && weight.is_finite(), "{direction}, {weight}");
+        assert!(
+            direction.is_finite() && weight.is_finite(),
+            "{what} as u: drawn are the direction and pdf {direction} and the weight {weight}, expected finite"
+        );
         if input.wo.z <= 0.0 {
-            assert_eq!((direction.w, weight), (0.0, Vec4::ZERO));
+            assert_eq!(
+                (direction.w, weight),
+                (0.0, Vec4::ZERO),
+                "{what} as u: pdf and weight drawn below the surface"
+            );
         }
     }
 }
@@ -295,7 +316,10 @@ fn metallic_roughness_conserves_energy_in_f64() {
                 let (sin, cos) = f64::sin_cos(degrees.to_radians());
                 let albedo = m.albedo(DVec3::new(0.8 * sin, 0.6 * sin, cos), 60);
                 let what = format!("roughness {roughness}, metallic {metallic}, {degrees}°");
-                assert!(albedo.max_element() <= 1.0 + 1e-12, "{what}: {albedo}");
+                assert!(
+                    albedo.max_element() <= 1.0 + 1e-12,
+                    "{what}: albedo in f64 is {albedo}, expected at most 1 + 1e-12"
+                );
                 let worst = if metallic <= 0.5 { &mut worst_mixed } else { &mut worst };
                 if albedo.max_element() > worst.0 {
                     *worst = (albedo.max_element(), what);
@@ -349,8 +373,14 @@ fn metallic_roughness_sampler_conserves_energy() {
             let albedo = p * mean(0) + (1.0 - p) * mean(1);
             let expected = m.albedo(wo.as_dvec3(), 100).x;
             let what = format!("roughness {roughness}, metallic {metallic}, {degrees}°");
-            assert!(albedo <= 1.0 + 2e-6, "{what}: {albedo}");
-            assert!((albedo - expected).abs() < 1e-3, "{what}: {albedo} for {expected}");
+            assert!(
+                albedo <= 1.0 + 2e-6,
+                "{what}: mean weight of draws is {albedo}, expected at most 1 + 2e-6"
+            );
+            assert!(
+                (albedo - expected).abs() < 1e-3,
+                "{what}: mean weight of draws is {albedo}, expected the albedo {expected} within 1e-3"
+            );
             error = error.max((albedo - expected).abs());
             if albedo > worst.0 {
                 worst = (albedo, what);
@@ -397,7 +427,10 @@ fn white_furnace_matches_the_albedo() {
             .sum();
         let expected = Material::new(Vec3::ONE, metallic, roughness).albedo(wo.as_dvec3(), 100).x;
         let what = format!("roughness {roughness}, metallic {metallic}, {degrees}°");
-        assert!((albedo - expected).abs() < 3e-3, "{what}: {albedo:.4} for {expected:.4}");
+        assert!(
+            (albedo - expected).abs() < 3e-3,
+            "{what}: albedo by quadrature is {albedo:.4}, expected {expected:.4} within 3e-3"
+        );
         worst = [worst[0].max(albedo), worst[1].max((albedo - expected).abs())];
     }
     eprintln!("largest albedo {:.4}, largest error {:.1e}", worst[0], worst[1]);
@@ -441,9 +474,12 @@ fn metallic_roughness_samples_follow_their_pdf() {
         for (input, [direction, weight]) in inputs.iter().zip(&outputs) {
             let (wi, pdf) = (direction.truncate(), f64::from(direction.w));
             let d = wi.as_dvec3();
-            assert!((d.length() - 1.0).abs() < 4e-7 && weight.is_finite(), "{what}: {direction}");
+            assert!(
+                (d.length() - 1.0).abs() < 4e-7 && weight.is_finite(),
+                "{what}: drawn are the direction and pdf {direction} and the weight {weight}, expected a direction of length 1 within 4e-7 and a finite weight"
+            );
             if pdf == 0.0 {
-                assert_eq!(*weight, Vec4::ZERO);
+                assert_eq!(*weight, Vec4::ZERO, "{what}, u {}: weight of a failed draw", input.wi);
                 continue;
             }
             // GPUs divide to 2.5 ulp and normalise to 2, where CPUs do to ½: each step may be 8 times as wrong.
@@ -454,7 +490,7 @@ fn metallic_roughness_samples_follow_their_pdf() {
             let tail = if is_cpu { 0.0 } else { 1e-11 / (PI * m.alpha * m.alpha) };
             assert!(
                 (pdf - exact_pdf).abs() < tolerance * exact_pdf + tail,
-                "{what}: u {}: {pdf}, {exact_pdf}",
+                "{what}, u {}: the pdf is {pdf}, expected {exact_pdf} within {tolerance:.1e} of it and {tail:.1e}",
                 input.wi
             );
             let expected = m.evaluate(exact_wo, d).0 * (d.z / exact_pdf);
@@ -463,9 +499,15 @@ fn metallic_roughness_samples_follow_their_pdf() {
                 // Both share the lobe, whose error cancels, but for Fresnel's.
                 assert!(
                     error < (tolerance + tail / exact_pdf) * expected[lane] + 4e-6,
-                    "{what}: {weight} for {expected}"
+                    "{what}, u {}: the weight is {weight}, expected {expected} within {:.1e} of it and 4e-6 in lane {lane}",
+                    input.wi,
+                    tolerance + tail / exact_pdf
                 );
-                assert!(weight[lane] < 10.0, "{what}: weight {weight}");
+                assert!(
+                    weight[lane] < 10.0,
+                    "{what}, u {}: the weight is {weight}, expected below 10",
+                    input.wi
+                );
             }
         }
         let drawn = &outputs[corners.len()..];
@@ -485,7 +527,11 @@ fn metallic_roughness_samples_follow_their_pdf() {
         let sum: f64 =
             nodes.iter().zip(evaluate(&inputs)).map(|((_, w), [o, _])| w * f64::from(o.w)).sum();
         let chance = normal_limit(1) * (failed * (1.0 - failed) / N as f64).sqrt();
-        assert!((sum + failed - 1.0).abs() < chance + 3e-3, "{what}: {sum} and {failed} failed");
+        assert!(
+            (sum + failed - 1.0).abs() < chance + 3e-3,
+            "{what}: the integral of the pdf is {sum} and {failed} of the draws fail, expected 1 in all within {:.1e}",
+            chance + 3e-3
+        );
 
         let albedo: f64 = chart.integrate(24, |d| m.evaluate(exact_wo, d).0.x * d.z).iter().sum();
         let mean = drawn.iter().map(|o| f64::from(o[1].x)).sum::<f64>() / N as f64;
@@ -493,7 +539,7 @@ fn metallic_roughness_samples_follow_their_pdf() {
         let error = ((square - mean * mean).max(0.0) / N as f64).sqrt();
         assert!(
             (mean - albedo).abs() < normal_limit(1) * error + 1e-3 * albedo,
-            "{what}: {mean} ± {error}, {albedo}"
+            "{what}: mean weight of draws is {mean} ± {error}, expected the albedo {albedo} by its standard error and 1e-3 of it"
         );
     }
 }
@@ -544,7 +590,11 @@ fn ggx_densities_integrate_to_one() {
                 .zip(&weights[range.clone()])
                 .map(|(o, w)| f64::from(o[lane]) * w[lane])
                 .sum();
-            assert!((sum - 1.0).abs() < 3e-3, "density {lane}, α {alpha}, {degrees}°: {sum}");
+            assert!(
+                (sum - 1.0).abs() < 3e-3,
+                "{}, α {alpha}, {degrees}°: the integral is {sum}, expected 1 within 3e-3",
+                ["D · cos", "density of reflections"][lane]
+            );
         }
     }
 }
@@ -569,7 +619,13 @@ fn schlick_matches_f64() {
         for lane in 0..3 {
             let f0 = f64::from(input[lane]);
             let expected = f0 + (1.0 - f0) * m;
-            assert!((f64::from(output[lane]) - expected).abs() < 6e-7, "{input}: {output}");
+            assert!(
+                (f64::from(output[lane]) - expected).abs() < 6e-7,
+                "f₀ {}, cosine {}: Fresnel's factor is {}, expected {expected} within 6e-7",
+                input[lane],
+                input.w,
+                output[lane]
+            );
         }
     }
 }
@@ -593,12 +649,27 @@ fn lambert_matches_its_closed_forms() {
     );
     for (u, [direction, rest]) in inputs.iter().zip(&outputs) {
         let albedo = f64::from(u.w);
-        assert!((f64::from(rest.x) - albedo * FRAC_1_PI).abs() < 1e-7);
-        assert_eq!((rest.y, rest.z, rest.w), (u.w, direction.w, 0.0));
+        assert!(
+            (f64::from(rest.x) - albedo * FRAC_1_PI).abs() < 1e-7,
+            "albedo {albedo}: f is {}, expected {} within 1e-7",
+            rest.x,
+            albedo * FRAC_1_PI
+        );
+        assert_eq!(
+            (rest.y, rest.z, rest.w),
+            (u.w, direction.w, 0.0),
+            "u {u}: weight of the draw, pdf of its direction, and pdf below"
+        );
         let pdf = f64::from(direction.z) * FRAC_1_PI;
-        assert!((f64::from(direction.w) / pdf - 1.0).abs() < 2e-7, "{direction}");
+        assert!(
+            (f64::from(direction.w) / pdf - 1.0).abs() < 2e-7,
+            "u {u}: direction and pdf are {direction}, expected the pdf {pdf} within 2e-7 of it"
+        );
         let weight = f64::from(rest.x) * f64::from(direction.z) / f64::from(direction.w);
-        assert!((weight - albedo).abs() < 4e-7, "{u}: {weight}");
+        assert!(
+            (weight - albedo).abs() < 4e-7,
+            "u {u}: f · cos/pdf is {weight}, expected the albedo {albedo} within 4e-7"
+        );
     }
     let chart = Chart::uniform([24, 32]);
     let expected = chart.integrate(16, |d| d.z.max(0.0) * FRAC_1_PI * N as f64);
@@ -637,10 +708,20 @@ fn directional_albedo_is_near_the_integral() {
         if error > worst.0 {
             worst = (error, *input);
         }
-        assert!(out[..3].iter().all(|&x| (0.0..=1.0).contains(&x)), "{input:?}: {out:?}");
+        assert_each(
+            &format!("colour, metallic, roughness, cosine {:?}: albedo", &input[..6]),
+            &out[..3],
+            "within 0 to 1",
+            |&x| (0.0..=1.0).contains(&x),
+        );
     }
     eprintln!("largest error {worst:?}");
-    assert!(worst.0 <= 0.05, "{worst:?}");
+    assert!(
+        worst.0 <= 0.05,
+        "colour, metallic, roughness, cosine {:?}: the fitted albedo is off by {}, expected at most 0.05",
+        &worst.1[..6],
+        worst.0
+    );
 }
 
 /// What a material reflects of even light into the whole hemisphere: 2·∫ρ(μ)·μ dμ, in f64.
@@ -680,7 +761,12 @@ fn hemispherical_albedo_is_near_the_integral() {
         let expected = hemispherical_albedo(base, input[3], input[4]);
         let error = (Vec3::from_slice(&out[..3]).as_dvec3() - expected).abs().max_element();
         worst = worst.max(error);
-        assert!(error <= 0.03, "{input:?}: {out:?}, expected {expected}");
+        assert!(
+            error <= 0.03,
+            "colour, metallic, roughness {:?}: hemispherical albedo is {:?}, expected {expected} within 0.03",
+            &input[..5],
+            &out[..3]
+        );
     }
     eprintln!("largest error {worst}");
 }
@@ -722,8 +808,14 @@ fn specular_lobe_matches_f64_and_its_albedo() {
             let m = Material::new(base, input[3], input[7]);
             let (wo, wi) = (Vec3::from_slice(&input[4..7]), Vec3::from_slice(&found[..3]));
             let weight = Vec3::from_slice(&found[4..7]).as_dvec3();
+            let what = format!(
+                "metallic {}, roughness {}, wo {wo}, u {:?}",
+                input[3],
+                input[7],
+                &input[8..10]
+            );
             if wi.z <= 0.0 {
-                assert_eq!(found[3], 0.0, "{input:?}: {found:?}");
+                assert_eq!(found[3], 0.0, "{what}: pdf of a draw below the surface");
                 continue;
             }
             mean += weight / (SIDE * SIDE) as f64;
@@ -732,7 +824,8 @@ fn specular_lobe_matches_f64_and_its_albedo() {
             let tolerance = 4.0 * lobe_tolerance(m.alpha, wo, wi);
             assert!(
                 (f64::from(found[3]) - pdf).abs() <= tolerance * pdf,
-                "{input:?}: {found:?}, pdf {pdf}"
+                "{what}: the lobe's pdf is {}, expected {pdf} within {tolerance:.1e} of it",
+                found[3]
             );
             let h = (wo_exact + wi_exact).normalize();
             let root = |z: f64| (m.alpha * m.alpha + (1.0 - m.alpha * m.alpha) * z * z).sqrt();
@@ -741,12 +834,19 @@ fn specular_lobe_matches_f64_and_its_albedo() {
             let expected = m.fresnel(wo_exact.dot(h)) * both / masked;
             assert!(
                 (weight - expected).abs().max_element() < 1e-5,
-                "{input:?}: {weight} for {expected}"
+                "{what}: the lobe's weight is {weight}, expected {expected} within 1e-5"
             );
-            assert!(weight.max_element() <= 1.0 + 1e-5, "{input:?}: {weight}");
+            assert!(
+                weight.max_element() <= 1.0 + 1e-5,
+                "{what}: the lobe's weight is {weight}, expected at most 1 + 1e-5"
+            );
         }
         let albedo = Vec3::from_slice(&found[0][8..11]).as_dvec3();
-        assert!((albedo - mean).abs().max_element() < 0.05, "{:?}: {albedo} for {mean}", inputs[0]);
+        assert!(
+            (albedo - mean).abs().max_element() < 0.05,
+            "colour, metallic, wo, roughness {:?}: specular albedo is {albedo}, expected the mean weight {mean} within 0.05",
+            [&inputs[0][..4], &inputs[0][4..8]]
+        );
     }
 }
 
@@ -768,6 +868,6 @@ fn specular_lobe_is_empty_from_below() {
         })
         .collect();
     for (input, found) in inputs.iter().zip(map::<_, Vec4>(wgsl, &inputs)) {
-        assert_eq!(found, Vec4::ZERO, "{input}");
+        assert_eq!(found, Vec4::ZERO, "wo and u {input}: weight and pdf of the lobe from below");
     }
 }

@@ -89,10 +89,17 @@ fn srgb_bytes_survive() {
     let back = map_colours("srgb::srgb_from_linear", &linear);
     for (i, value) in back.iter().enumerate() {
         let byte = value.x * 255.0;
-        assert!((byte - i as f32).abs() < 1e-2, "byte {i} came back as {byte}");
+        assert!(
+            (byte - i as f32).abs() < 1e-2,
+            "sRGB byte {i} comes back as {byte}, expected within 1e-2"
+        );
     }
-    assert!((linear[255].x - 1.0).abs() < 1e-6);
-    assert_eq!(linear[0].x, 0.0);
+    assert!(
+        (linear[255].x - 1.0).abs() < 1e-6,
+        "byte 255 is decoded to {}, expected 1 within 1e-6",
+        linear[255].x
+    );
+    assert_eq!(linear[0].x, 0.0, "byte 0, decoded");
 }
 
 /// Three products and two sums: 4 u of the sum of magnitudes, 2.4e-7; weights rounded to f32, 1 u.
@@ -113,7 +120,11 @@ fn luminance_is_the_weighted_sum() {
         let rgb = input.truncate().as_dvec3();
         let error = (f64::from(*output) - rgb.dot(weights)).abs();
         let bound = 3.0e-7 * rgb.abs().dot(weights);
-        assert!(error <= bound, "{input}: {output}, error {error:e}");
+        assert!(
+            error <= bound,
+            "luminance of {input} is {output}, expected {}: off by {error:e}, expected at most {bound:e}",
+            rgb.dot(weights)
+        );
     }
 }
 
@@ -145,7 +156,8 @@ fn xyz_is_the_standard_matrix_and_its_inverse() {
                 let error = (f64::from(output[axis]) - expected[axis]).abs();
                 assert!(
                     error <= 3e-7 * scale[axis] + 1e-9 * v.length(),
-                    "{path}({input}): {error:e}"
+                    "{path}({input}) is {output}, expected {expected}: off by {error:e} in axis {axis}, expected at most {:e}",
+                    3e-7 * scale[axis] + 1e-9 * v.length()
                 );
             }
         }
@@ -180,9 +192,13 @@ fn lab_follows_the_standard() {
         let error = (output.truncate().as_dvec3() - expected).abs();
         assert!(
             error.cmple(DVec3::new(2e-4, 1.5e-3, 6e-4)).all(),
-            "{input}: {output}, expected {expected}"
+            "L*a*b* of {input} is {output}, expected {expected} within 2e-4, 1.5e-3 and 6e-4"
         );
-        assert!((f64::from(*lightness) - expected.x).abs() < 2e-4, "{input}: {lightness}");
+        assert!(
+            (f64::from(*lightness) - expected.x).abs() < 2e-4,
+            "lightness of {input} is {lightness}, expected {} within 2e-4",
+            expected.x
+        );
         worst = worst.max(error);
     }
     eprintln!("lab: worst errors {worst}");
@@ -193,7 +209,11 @@ fn lab_follows_the_standard() {
         (DVec3::Z, DVec3::new(32.30, 79.19, -107.86)),
         (DVec3::ONE, DVec3::new(100.0, 0.0, 0.0)),
     ] {
-        assert!((lab(rgb) - published).length() < 0.03, "{rgb}: {}", lab(rgb));
+        assert!(
+            (lab(rgb) - published).length() < 0.03,
+            "L*a*b* in f64 of {rgb} is {}, expected the published {published} within 0.03",
+            lab(rgb)
+        );
     }
 }
 
@@ -208,7 +228,10 @@ fn lab_comes_back() {
     let mut worst = 0.0f64;
     for (colour, output) in colours.iter().zip(&outputs) {
         let error = (*output - *colour).truncate().as_dvec3().abs().max_element();
-        assert!(error < 1e-5, "{colour}: {output}");
+        assert!(
+            error < 1e-5,
+            "{colour} comes back from L*a*b* as {output}, expected within 1e-5: off by {error:e}"
+        );
         worst = worst.max(error);
     }
     eprintln!("linear_from_lab: worst error {worst:e}");
@@ -233,12 +256,25 @@ fn exposures_are_powers_of_two() {
         let x = f64::from(*input);
         let bound = (6.0 + 2.0 * x.abs()) * f64::from(f32::EPSILON);
         let scale = f64::from(output[0]) / x.exp2() - 1.0;
-        assert!(scale.abs() < bound, "2^{input}: {}, {scale:e}", output[0]);
+        assert!(
+            scale.abs() < bound,
+            "exposure scale of {input} is {}, expected 2^{input}: off by {scale:e} of it, expected below {bound:e}",
+            output[0]
+        );
         let saturation = f64::from(output[2]) * 1.2 * x.exp2() - 1.0;
-        assert!(saturation.abs() < bound, "{input}: {}, {saturation:e}", output[2]);
+        assert!(
+            saturation.abs() < bound,
+            "saturation exposure of {input} is {}, expected {}: off by {saturation:e} of it, expected below {bound:e}",
+            output[2],
+            (-x).exp2() / 1.2
+        );
         let luminance = f64::from(input.abs() + 1e-3);
         let ev = (luminance * 100.0 / 12.5).log2();
-        assert!((f64::from(output[1]) - ev).abs() < 2e-6, "EV of {luminance}: {}, {ev}", output[1]);
+        assert!(
+            (f64::from(output[1]) - ev).abs() < 2e-6,
+            "EV of {luminance} is {}, expected {ev} within 2e-6",
+            output[1]
+        );
     }
 }
 
@@ -278,8 +314,11 @@ fn neutral_tone_map_follows_the_specification() {
     for (input, output) in inputs.iter().zip(&outputs) {
         let expected = neutral(input.truncate().as_dvec3());
         let error = (output.truncate().as_dvec3() - expected).abs().max_element();
-        assert!(error < 1e-6, "{input}: {output}, expected {expected}");
-        assert!(output.truncate().max_element() <= 1.0, "{input}: {output}");
+        assert!(error < 1e-6, "tone-mapped {input} is {output}, expected {expected} within 1e-6");
+        assert!(
+            output.truncate().max_element() <= 1.0,
+            "tone-mapped {input} is {output}, expected at most 1"
+        );
         worst = worst.max(error);
     }
     eprintln!("tonemap_neutral: worst error {worst:e}");
@@ -287,6 +326,10 @@ fn neutral_tone_map_follows_the_specification() {
     let base = [0.1f32, 0.5, 0.76].map(|b| Vec4::splat(b + 0.04));
     let outputs = map_colours("tonemap::tonemap_neutral", &base);
     for (input, output) in base.iter().zip(&outputs) {
-        assert!((output.x - (input.x - 0.04)).abs() < 1e-6, "{input}: {output}");
+        assert!(
+            (output.x - (input.x - 0.04)).abs() < 1e-6,
+            "tone-mapped {input} is {output}, expected {} within 1e-6",
+            input.x - 0.04
+        );
     }
 }

@@ -49,16 +49,38 @@ fn opacity_is_depth_and_back() {
     for (input, [texel, color]) in inputs.iter().zip(&found) {
         let (light, opacity) = (input.v.truncate().as_dvec3(), f64::from(input.v.w));
         let depth = (-(1.0 - opacity).ln()).min(OPAQUE);
-        let what = format!("{input:?}: {texel:?} {color:?}");
-        assert!((f64::from(texel.v.w) - depth).abs() < 2e-6 * (1.0 + depth), "{what}");
+        let what = format!("light {light}, opacity {opacity}");
+        let (texel, color) = (texel.v, color.v);
+        assert!(
+            (f64::from(texel.w) - depth).abs() < 2e-6 * (1.0 + depth),
+            "{what}: the texel's depth is {}, expected {depth} within {:.1e}",
+            texel.w,
+            2e-6 * (1.0 + depth)
+        );
         let expected = (light * depth).min(DVec3::splat(65504.0));
-        let error = (texel.v.truncate().as_dvec3() - expected).abs();
-        assert!(error.cmple(2e-6 * (1.0 + depth) * light + 1e-30).all(), "{what}");
+        let error = (texel.truncate().as_dvec3() - expected).abs();
+        assert!(
+            error.cmple(2e-6 * (1.0 + depth) * light + 1e-30).all(),
+            "{what}: the texel's light is {}, expected {expected} within {:.1e} of the light",
+            texel.truncate(),
+            2e-6 * (1.0 + depth)
+        );
         // From the opaque depth on, opacity is 1 exactly; below, what went in.
         let seen = if depth == OPAQUE { 1.0 } else { opacity };
-        assert!((f64::from(color.v.w) - seen).abs() < 2e-6, "{what}");
-        assert!(depth < OPAQUE || color.v.w == 1.0, "{what}");
-        assert!(depth > 0.0 || (color.v == Vec4::ZERO && texel.v == Vec4::ZERO), "{what}");
+        assert!(
+            (f64::from(color.w) - seen).abs() < 2e-6,
+            "{what}: opacity comes back as {}, expected {seen} within 2e-6",
+            color.w
+        );
+        assert!(
+            depth < OPAQUE || color.w == 1.0,
+            "{what}: opacity of what is opaque comes back as {}, expected 1",
+            color.w
+        );
+        assert!(
+            depth > 0.0 || (color == Vec4::ZERO && texel == Vec4::ZERO),
+            "{what}: texel {texel} and colour {color} of what is clear, expected 0"
+        );
     }
 }
 
@@ -90,7 +112,7 @@ fn light_adds_up_along_a_way() {
          }",
         &inputs,
     );
-    for (pieces, found) in inputs.iter().zip(&found) {
+    for (case, (pieces, found)) in inputs.iter().zip(&found).enumerate() {
         let (mut light, mut passed) = (0.0, 1.0);
         for piece in pieces {
             let [radiance, extinction, length] = [piece.v.x, piece.v.y, piece.v.z].map(f64::from);
@@ -98,8 +120,16 @@ fn light_adds_up_along_a_way() {
             light += passed * radiance * (1.0 - through);
             passed *= through;
         }
-        assert!((f64::from(found.v.x) - light).abs() < 1e-5 * light + 1e-12, "{found:?} {light}");
-        assert!((f64::from(found.v.w) - passed).abs() < 1e-5, "{found:?} {passed}");
+        assert!(
+            (f64::from(found.v.x) - light).abs() < 1e-5 * light + 1e-12,
+            "way {case}: light is {}, expected {light} within 1e-5 of it",
+            found.v.x
+        );
+        assert!(
+            (f64::from(found.v.w) - passed).abs() < 1e-5,
+            "way {case}: transmittance is {}, expected {passed} within 1e-5",
+            found.v.w
+        );
     }
 }
 
@@ -135,19 +165,31 @@ fn cone_sets_integrate_the_cosine() {
             .filter(|(input, _)| input[0] == n)
             .map(|(_, out)| out)
             .collect();
-        assert_eq!(of_set.len(), n as usize);
+        assert_eq!(of_set.len(), n as usize, "cones of the set of {n}");
         let cones: Vec<DVec4> = of_set.iter().map(|out| out[0].v.as_dvec4()).collect();
         let weights: f64 = cones.iter().map(|cone| cone.w).sum();
-        assert!((weights - 1.0).abs() < 1e-6, "{n}: {weights}");
+        assert!(
+            (weights - 1.0).abs() < 1e-6,
+            "set of {n} cones: the weights sum to {weights}, expected 1 within 1e-6"
+        );
         let linear: f64 = cones.iter().map(|cone| cone.w * cone.z).sum();
-        assert!((linear / (2.0 / 3.0) - 1.0).abs() < 0.06, "{n}: {linear}");
+        assert!(
+            (linear / (2.0 / 3.0) - 1.0).abs() < 0.06,
+            "set of {n} cones: the integral of the cosine squared is {linear}, expected 2/3 within 6 %"
+        );
         for cone in &cones {
-            assert!((cone.truncate().length() - 1.0).abs() < 1e-6 && cone.z > 0.0, "{cone}");
+            assert!(
+                (cone.truncate().length() - 1.0).abs() < 1e-6 && cone.z > 0.0,
+                "set of {n} cones: direction and weight {cone}, expected a length of 1 within 1e-6 and z above 0"
+            );
         }
         // ∫ f cos dω/π of f = 1, z, x², xy + y.
         let moments: DVec4 = of_set.iter().map(|out| out[1].v.as_dvec4()).sum();
         let expected = DVec4::new(1.0, 2.0 / 3.0, 0.25, 0.0);
-        assert!((moments - expected).abs().max_element() < 1e-3, "{n}: {moments}");
+        assert!(
+            (moments - expected).abs().max_element() < 1e-3,
+            "set of {n} cones: moments of drawn directions are {moments}, expected {expected} within 1e-3"
+        );
     }
 }
 
@@ -172,11 +214,23 @@ fn apertures_and_solid_angles() {
         let solid_angle = f64::from(input.v.x);
         let cosine = 1.0 - solid_angle / std::f64::consts::TAU;
         let spread = (1.0 - cosine * cosine).sqrt() / cosine;
-        assert!((f64::from(found.v.x) / spread - 1.0).abs() < 1e-5, "{found:?} {spread}");
-        assert!((f64::from(found.v.y) / solid_angle - 1.0).abs() < 1e-5, "{found:?}");
+        assert!(
+            (f64::from(found.v.x) / spread - 1.0).abs() < 1e-5,
+            "spread of the solid angle {solid_angle} is {}, expected {spread} within 1e-5 of it",
+            found.v.x
+        );
+        assert!(
+            (f64::from(found.v.y) / solid_angle - 1.0).abs() < 1e-5,
+            "solid angle comes back as {}, expected {solid_angle} within 1e-5 of it",
+            found.v.y
+        );
         let (alpha, lean) = (f64::from(input.v.y), 0.5 * f64::from(found.v.z).atan());
         let share = lean.tan().powi(2) / (alpha * alpha + lean.tan().powi(2));
-        assert!((share - 0.5).abs() < 1e-4, "{alpha}: {share}");
+        assert!(
+            (share - 0.5).abs() < 1e-4,
+            "α {alpha}: a cone of spread {} holds {share} of the microfacets, expected 0.5 within 1e-4",
+            found.v.z
+        );
     }
 }
 
@@ -216,10 +270,25 @@ fn cells_keep_clear_of_the_plane() {
         let width = (2.0 * t * spread * bias.exp2()).max(finest);
         let height = offset + t * normal.dot(direction);
         let clear = (height / (1.5 * normal.abs().element_sum())).max(finest);
-        let what = format!("{a:?} {b:?} {c:?}: {found:?}");
-        assert!((f64::from(found.v.z) / width - 1.0).abs() < 1e-5, "{what}");
-        assert!((f64::from(found.v.y) / clear - 1.0).abs() < 1e-4, "{what}");
-        assert!((f64::from(found.v.x) / width.min(clear) - 1.0).abs() < 1e-4, "{what}");
+        let what = format!(
+            "normal {normal}, offset {offset}, direction {direction}, t {t}, spread {spread}, bias {bias}, finest {finest}"
+        );
+        assert!(
+            (f64::from(found.v.z) / width - 1.0).abs() < 1e-5,
+            "{what}: cells of a free cone are {}, expected {width} within 1e-5 of it",
+            found.v.z
+        );
+        assert!(
+            (f64::from(found.v.y) / clear - 1.0).abs() < 1e-4,
+            "{what}: the largest cells are {}, expected {clear} within 1e-4 of it",
+            found.v.y
+        );
+        assert!(
+            (f64::from(found.v.x) / width.min(clear) - 1.0).abs() < 1e-4,
+            "{what}: cells are {}, expected {} within 1e-4 of it",
+            found.v.x,
+            width.min(clear)
+        );
     }
 }
 
@@ -343,11 +412,11 @@ fn check_mips(pyramid: &Pyramid, what: &str) {
     for level in 0..layout.n_levels as usize {
         let n_mips = layout.levels[level].n_mips;
         let last = &layout.mips[level * 9 + n_mips as usize - 1];
-        assert_eq!(last.size, UVec3::ONE, "{what}");
+        assert_eq!(last.size, UVec3::ONE, "{what}: size of the last mip of level {level}");
         for mip in 0..n_mips {
             let entry = &layout.mips[level * 9 + mip as usize];
             let expected = layout.levels[level].size.map(|n| n.div_ceil(1 << mip));
-            assert_eq!(entry.size, expected, "{what}");
+            assert_eq!(entry.size, expected, "{what}: size of level {level}, mip {mip}");
             for face in 0..layout.n_faces {
                 for ix in 0..entry.size.element_product() {
                     let cell = UVec3::new(
@@ -390,7 +459,7 @@ fn check_mips(pyramid: &Pyramid, what: &str) {
                         let bound = expected * (1.0 / 1024.0 + 4e-5) + 1e-6;
                         assert!(
                             (found[k] - expected).abs() < bound,
-                            "{what}: level {level}, mip {mip}, face {face}, {cell}, {k}: {} for {expected}",
+                            "{what}: level {level}, mip {mip}, face {face}, cell {cell}: number {k} is {}, expected {expected} within {bound:.1e}",
                             found[k]
                         );
                     }
@@ -400,7 +469,10 @@ fn check_mips(pyramid: &Pyramid, what: &str) {
     }
     for (volume, n) in n_filled.into_iter().enumerate() {
         let all = volumes[volume].iter().filter(|&&texel| texel != [0.0; 4]).count();
-        assert_eq!(all, n, "{what}: something stands in a border of volume {volume}");
+        assert_eq!(
+            all, n,
+            "{what}: filled texels of volume {volume} against those of its cells: something stands in a border"
+        );
     }
 }
 
@@ -429,7 +501,10 @@ fn opaque_and_empty_stay_so() {
                 );
                 let at = entry.first + cell;
                 let found = texels[((at.z * size.y + at.y) * size.x + at.x) as usize];
-                assert_eq!(found, expected, "mip {mip}, {cell}");
+                assert_eq!(
+                    found, expected,
+                    "texel of cell {cell} in mip {mip} of a grid of {texel:?}"
+                );
             }
         }
     }
@@ -483,17 +558,37 @@ fn cones_in_a_uniform_medium() {
                     if squared { 1.0 } else { f64::from(cone.direction.abs().element_sum()) };
                 let through = |length: f64| (-tau * weight * length).exp();
                 let passed = through(f64::from(cone.max_distance));
-                let what = format!("{storage:?}, squared {squared}, {cone:?}: {found:?}, {passed}");
-                assert!((f64::from(found.transmittance) - passed).abs() < 2e-3, "{what}");
+                let what = format!("{storage:?}, squared {squared}, {cone:?}");
+                assert!(
+                    (f64::from(found.transmittance) - passed).abs() < 2e-3,
+                    "{what}: transmittance is {}, expected {passed} within 2e-3",
+                    found.transmittance
+                );
                 // It ends up to 0.35 cells earlier (`cone::march`).
                 let near_end = f64::from(near.min(cone.max_distance));
                 let earlier = near_end - 0.35 * (8.0 * f64::from(cone.spread)).max(1.0);
                 let near_passed = f64::from(found.near_transmittance);
-                assert!(near_passed > through(near_end) - 2e-3, "{what}");
-                assert!(near_passed < through(earlier) + 2e-3, "{what}");
+                assert!(
+                    near_passed > through(near_end) - 2e-3,
+                    "{what}: near transmittance is {near_passed}, expected at least {} less 2e-3",
+                    through(near_end)
+                );
+                assert!(
+                    near_passed < through(earlier) + 2e-3,
+                    "{what}: near transmittance is {near_passed}, expected at most {} and 2e-3",
+                    through(earlier)
+                );
                 let light = DVec3::new(2.0, 1.0, 0.5) * (1.0 - passed);
-                assert!((found.radiance.as_dvec3() - light).abs().max_element() < 4e-3, "{what}");
-                assert!(found.n_steps > 0 && found.n_steps < 256, "{what}");
+                assert!(
+                    (found.radiance.as_dvec3() - light).abs().max_element() < 4e-3,
+                    "{what}: radiance is {}, expected {light} within 4e-3",
+                    found.radiance
+                );
+                assert!(
+                    found.n_steps > 0 && found.n_steps < 256,
+                    "{what}: {} steps, expected 1 to 255",
+                    found.n_steps
+                );
             }
         }
     }
@@ -525,12 +620,20 @@ fn walls_are_opaque_at_any_angle() {
         }
     }
     for (cone, found) in cones.iter().zip(trace(&pyramid, &cones, stepping, 0.0)) {
-        assert!(found.transmittance < 0.1, "{cone:?}: {found:?}");
+        assert!(
+            found.transmittance < 0.1,
+            "{cone:?}: transmittance behind a wall is {}, expected below 0.1",
+            found.transmittance
+        );
         let seen = found.radiance.x / (1.0 - found.transmittance);
-        assert!((seen / 2.0 - 1.0).abs() < 2e-3, "{cone:?}: {found:?}");
+        assert!(
+            (seen / 2.0 - 1.0).abs() < 2e-3,
+            "{cone:?}: radiance of the wall is {seen}, expected 2 within 2e-3 of it"
+        );
     }
     let along = [free_cone(Vec3::new(10.5, 16.0, 1.0), Vec3::Z, 0.05, 1e9)];
-    assert!(trace(&pyramid, &along, stepping, 0.0)[0].transmittance > 0.99);
+    let passed = trace(&pyramid, &along, stepping, 0.0)[0].transmittance;
+    assert!(passed > 0.99, "transmittance along the wall is {passed}, expected above 0.99");
 }
 
 /// A square of s × s cells at distance d, smaller than a cone that looks at its middle, hides the share of the cone's solid
@@ -553,7 +656,7 @@ fn a_square_hides_its_solid_angle() {
         })
         .filter(|(_, _, share)| (0.05..0.6).contains(share))
         .collect();
-    assert!(configurations.len() > 8);
+    assert!(configurations.len() > 8, "{} configurations, expected above 8", configurations.len());
     let mut hidden = vec![0.0; configurations.len()];
     let n_places = 12;
     for _ in 0..n_places {
@@ -578,7 +681,12 @@ fn a_square_hides_its_solid_angle() {
     let ratios: Vec<f64> =
         hidden.iter().zip(&configurations).map(|(found, (_, _, share))| found / share).collect();
     eprintln!("hidden, relative to the solid angle: {ratios:.2?}");
-    assert!(ratios.iter().all(|ratio| (0.75..1.25).contains(ratio)), "{ratios:?}");
+    for (ratio, (distance, spread, _)) in ratios.iter().zip(&configurations) {
+        assert!(
+            (0.75..1.25).contains(ratio),
+            "square at {distance} cells, cone of spread {spread}: what is hidden is {ratio} of the solid angle's share, expected 0.75 to 1.25"
+        );
+    }
 }
 
 /// An opaque wall at the near distance counts half, on average of where it stands among the cells, however wide the cone is:
@@ -615,10 +723,16 @@ fn a_wall_at_the_near_distance_counts_half() {
             }
         }
     }
-    for ([before, there, behind], shape) in means.iter().zip(&shapes) {
-        let what = format!("{shape:?}: {before} {there} {behind}");
-        assert!(*before > 0.95 && *behind < 0.1, "{what}");
-        assert!((there - 0.5).abs() < 0.1, "{what}");
+    for ([before, there, behind], (distance, spread)) in means.iter().zip(&shapes) {
+        let what = format!("wall at {distance} cells, cone of spread {spread}");
+        assert!(
+            *before > 0.95 && *behind < 0.1,
+            "{what}: near transmittance with the wall at twice the near distance is {before}, at half of it {behind}; expected above 0.95 and below 0.1"
+        );
+        assert!(
+            (there - 0.5).abs() < 0.1,
+            "{what}: near transmittance with the wall at the near distance is {there}, expected 0.5 within 0.1"
+        );
     }
 }
 
@@ -661,11 +775,19 @@ fn levels_meet_without_a_seam() {
         );
         for (cone, found) in cones.iter().zip(trace(&pyramid, &cones, EXACT, 0.0)) {
             let passed = (-f64::from(tau * cone.max_distance)).exp();
-            let what = format!("{storage:?}, {cone:?}: {found:?}, {passed}");
+            let what = format!("{storage:?}, {cone:?}");
             let hidden = 1.0 - f64::from(found.transmittance);
-            assert!((hidden / (1.0 - passed) - 1.0).abs() < 0.01, "{what}");
+            assert!(
+                (hidden / (1.0 - passed) - 1.0).abs() < 0.01,
+                "{what}: the share hidden is {hidden}, expected {} within 1 %",
+                1.0 - passed
+            );
             let light = found.radiance.as_dvec3() / DVec3::new(2.0, 1.0, 0.5);
-            assert!((light / (1.0 - passed) - 1.0).abs().max_element() < 0.01, "{what}");
+            assert!(
+                (light / (1.0 - passed) - 1.0).abs().max_element() < 0.01,
+                "{what}: light relative to the medium's is {light}, expected {} within 1 %",
+                1.0 - passed
+            );
         }
     }
 }
@@ -704,10 +826,13 @@ fn walls_look_alike_in_every_level() {
         if hidden > 0.05 {
             n_seen += 1;
             let light = found.radiance.as_dvec3() / DVec3::new(2.0, 1.0, 0.5) / hidden;
-            assert!((light - 1.0).abs().max_element() < 0.01, "{cone:?}: {found:?}");
+            assert!(
+                (light - 1.0).abs().max_element() < 0.01,
+                "{cone:?}: light relative to the wall's and to the share hidden, {hidden}, is {light}, expected 1 within 0.01"
+            );
         }
     }
-    assert!(n_seen > 100, "{n_seen}");
+    assert!(n_seen > 100, "{n_seen} of {} cones see a wall, expected above 100", cones.len());
 }
 
 /// Where two or three walls meet in a cell, of which each covers what the others leave open, all are closed; a lone
@@ -741,7 +866,11 @@ fn concave_corners_are_closed() {
     );
     for ((coverage, depth, expected), found) in cases.iter().zip(&found) {
         let error = (found.v.truncate() - Vec3::from(*expected)).abs().max_element();
-        assert!(error < 1e-5, "{coverage:?} {depth:?}: {found:?} for {expected:?}");
+        assert!(
+            error < 1e-5,
+            "coverage {coverage:?}, depth {depth:?}: opacity is {}, expected {expected:?} within 1e-5",
+            found.v.truncate()
+        );
     }
 }
 
@@ -768,7 +897,11 @@ fn spheres_are_hidden_by_what_stands_before_them() {
         &inputs,
     );
     for ((input, expected), found) in cases.iter().zip(&found) {
-        assert!((found.v.x - expected).abs() < 1e-5, "{input:?}: {} for {expected}", found.v.x);
+        assert!(
+            (found.v.x - expected).abs() < 1e-5,
+            "z, radius, depth found and thickness {input:?}: openness is {}, expected {expected} within 1e-5",
+            found.v.x
+        );
     }
 }
 
@@ -804,10 +937,15 @@ fn neighbours_weigh_by_how_alike_they_are() {
         let [cosine, x, y] = b.map(f64::from);
         let weight = (-off.abs() / (0.01 * depth)).exp() * cosine.powi(16);
         let gaussian = (-(x * x + y * y) / (2.0 * 1.5 * 1.5)).exp();
-        assert!((f64::from(found.v.x) - weight).abs() < 1e-5, "{a:?} {b:?}: {found:?} {weight}");
+        assert!(
+            (f64::from(found.v.x) - weight).abs() < 1e-5,
+            "off the plane by {off} at depth {depth}, cosine {cosine}: the weight is {}, expected {weight} within 1e-5",
+            found.v.x
+        );
         assert!(
             (f64::from(found.v.y) - gaussian).abs() < 1e-6,
-            "{a:?} {b:?}: {found:?} {gaussian}"
+            "offset ({x}, {y}), σ 1.5: the Gaussian's weight is {}, expected {gaussian} within 1e-6",
+            found.v.y
         );
     }
 }
@@ -840,10 +978,28 @@ fn buffers_and_textures_agree() {
         trace(&pyramid, &cones, EXACT, 3.0)
     });
     for (cone, (one, other)) in cones.iter().zip(textures.iter().zip(&buffers)) {
-        let what = format!("{cone:?}: {one:?} {other:?}");
-        assert!((one.transmittance - other.transmittance).abs() < 2e-3, "{what}");
-        assert!((one.radiance - other.radiance).abs().max_element() < 8e-3, "{what}");
-        assert!((one.near_transmittance - other.near_transmittance).abs() < 2e-3, "{what}");
-        assert_eq!(one.n_steps, other.n_steps, "{what}");
+        let what = format!("{cone:?} in buffers");
+        assert!(
+            (one.transmittance - other.transmittance).abs() < 2e-3,
+            "{what}: transmittance is {}, expected the textures' {} within 2e-3",
+            other.transmittance,
+            one.transmittance
+        );
+        assert!(
+            (one.radiance - other.radiance).abs().max_element() < 8e-3,
+            "{what}: radiance is {}, expected the textures' {} within 8e-3",
+            other.radiance,
+            one.radiance
+        );
+        assert!(
+            (one.near_transmittance - other.near_transmittance).abs() < 2e-3,
+            "{what}: near transmittance is {}, expected the textures' {} within 2e-3",
+            other.near_transmittance,
+            one.near_transmittance
+        );
+        assert_eq!(
+            one.n_steps, other.n_steps,
+            "{what}: steps (right), expected the textures' (left)"
+        );
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/geometry`.
 
-use crate::harness::{Random, map, map_with, storage};
+use crate::harness::{Random, assert_each, map, map_with, storage};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 
 #[repr(C)]
@@ -91,18 +91,31 @@ fn ray_triangle_matches_moller_trumbore() {
         if error > 0.05 || nearest.abs() < error || expected_t.abs() < t_error {
             continue;
         }
-        let what = format!("{input:?}: t {t}, {second}, {third}; {expected_t}, {weights}");
+        let what = format!("{input:?}");
         if nearest < 0.0 || expected_t < 0.0 {
-            assert_eq!(t, f32::MAX, "{what}");
+            assert_eq!(
+                t,
+                f32::MAX,
+                "{what}: t of a ray that misses (in f64 {expected_t}, weights {weights})"
+            );
             n_misses += 1;
         } else {
-            assert!((f64::from(t) - expected_t).abs() < t_error, "{what}");
+            assert!(
+                (f64::from(t) - expected_t).abs() < t_error,
+                "{what}: t is {t}, expected {expected_t} within {t_error:.1e}"
+            );
             let found = DVec2::new(f64::from(second), f64::from(third));
-            assert!((found - weights).abs().max_element() < error, "{what}");
+            assert!(
+                (found - weights).abs().max_element() < error,
+                "{what}: barycentrics are {found}, expected {weights} within {error:.1e}"
+            );
             n_hits += 1;
         }
     }
-    assert!(n_hits > 10_000 && n_misses > 10_000, "{n_hits} hits, {n_misses} misses");
+    assert!(
+        n_hits > 10_000 && n_misses > 10_000,
+        "{n_hits} hits and {n_misses} misses are compared, expected above 10 000 of each"
+    );
 }
 
 /// The interval is open, both faces count, zero area and edge-on do not, corners and edges do.
@@ -139,10 +152,13 @@ fn ray_triangle_edge_cases() {
     let outputs = intersect(&cases.map(|case| case.0));
     for ((input, expected), [t, second, third, _]) in cases.iter().zip(outputs) {
         match expected {
-            Some(hit) => assert_eq!([t, second, third], *hit, "{input:?}"),
+            Some(hit) => assert_eq!([t, second, third], *hit, "{input:?}: t and barycentrics"),
             None => {
-                assert!(t > 3e38 && t >= input.t_max, "{input:?}: {t}");
-                assert_eq!([second, third], [0.0; 2]);
+                assert!(
+                    t > 3e38 && t >= input.t_max,
+                    "{input:?}: t of a miss is {t}, expected above 3e38 and t_max"
+                );
+                assert_eq!([second, third], [0.0; 2], "{input:?}: barycentrics of a miss");
             }
         }
     }
@@ -319,16 +335,17 @@ fn ray_triangle_is_watertight() {
         let leaks: Vec<_> = rays.iter().zip(&counts).filter(|(_, n)| **n == 0).collect();
         assert!(
             leaks.is_empty(),
-            "{}: {} rays leak, first {:?}",
+            "{}: {} of {} rays leave the closed mesh, expected none; the first is {:?}",
             mesh.name,
             leaks.len(),
+            rays.len(),
             leaks[0].0
         );
         // Aimed at what triangles share, many rays tie.
         let shared = counts.iter().filter(|n| **n > 1).count();
         eprintln!("{}: {} rays, {shared} hit several triangles", mesh.name, rays.len());
     }
-    assert!(n_rays >= 1_000_000);
+    assert!(n_rays >= 1_000_000, "{n_rays} rays, expected at least 1 000 000");
 }
 
 #[repr(C)]
@@ -424,7 +441,8 @@ fn ray_box_is_conservative_and_right() {
     let (mut n_hits, mut n_misses) = (0, 0);
     for (input, [entry, exit]) in inputs.iter().zip(intersect_boxes(&inputs)) {
         let hit = entry.max(0.0) <= exit;
-        let what = format!("{input:?}: [{entry}, {exit}], exact {:?}", exact_box(input));
+        let what =
+            format!("{input:?}: the interval is [{entry}, {exit}], exact {:?}", exact_box(input));
         // Directions too small to be inverted are read as 0 or 1e-20.
         if input.direction.abs().cmplt(Vec3::splat(1e-19)).any()
             && input.direction.cmpne(Vec3::ZERO).all()
@@ -432,26 +450,32 @@ fn ray_box_is_conservative_and_right() {
             let still = |v: Vec3| Vec3::select(v.abs().cmplt(Vec3::splat(1e-19)), Vec3::ZERO, v);
             let near = RayBox { direction: still(input.direction), ..*input };
             let met = exact_box(&near).is_some_and(|(s, t)| s.max(0.0) <= t);
-            assert!(hit || !met, "{what}");
+            assert!(
+                hit || !met,
+                "{what}: misses a box that the ray meets with small parts of its direction read as 0"
+            );
             continue;
         }
         match exact_box(input) {
             Some((s, t)) if s.max(0.0) <= t - 1e-13 * t.abs() => {
-                assert!(hit, "missed: {what}");
+                assert!(hit, "{what}: misses a box that the ray meets");
                 n_hits += 1;
             }
             Some((s, t)) if s.max(0.0) > t + 1e-6 * (s.abs() + t.abs()) => {
-                assert!(!hit, "met: {what}");
+                assert!(!hit, "{what}: hits a box that the ray passes by");
                 n_misses += 1;
             }
             None => {
-                assert!(!hit, "met: {what}");
+                assert!(!hit, "{what}: hits a box that the ray passes by");
                 n_misses += 1;
             }
             _ => {}
         }
     }
-    assert!(n_hits > 10_000 && n_misses > 5_000, "{n_hits} hits, {n_misses} misses");
+    assert!(
+        n_hits > 10_000 && n_misses > 5_000,
+        "{n_hits} hits and {n_misses} misses are compared, expected above 10 000 and 5 000"
+    );
 }
 
 /// Rays by exact numbers that touch a corner, run within a face or an edge, start on or inside the
@@ -484,7 +508,11 @@ fn ray_box_edge_cases() {
     ];
     let outputs = intersect_boxes(&cases.map(|case| case.0));
     for ((input, expected), [entry, exit]) in cases.iter().zip(outputs) {
-        assert_eq!(entry.max(0.0) <= exit, *expected, "{input:?}: [{entry}, {exit}]");
+        assert_eq!(
+            entry.max(0.0) <= exit,
+            *expected,
+            "{input:?}: whether the ray meets the box, by the interval [{entry}, {exit}]"
+        );
     }
 }
 
@@ -570,16 +598,24 @@ fn triangle_box_is_exact_on_integers() {
     }
     let outputs = overlaps(&inputs);
     let n_overlaps = outputs.iter().filter(|o| **o == 1).count();
-    assert!((10_000..35_000).contains(&n_overlaps), "{n_overlaps}");
+    assert!(
+        (10_000..35_000).contains(&n_overlaps),
+        "{n_overlaps} of {} triangles overlap, expected 10 000 to 35 000",
+        inputs.len()
+    );
     let mut n_touching = 0;
     for (input, output) in inputs.iter().zip(outputs) {
         let corners = input.corners.map(|p| (p - input.center).truncate().as_dvec3());
         let half = input.half_size.truncate().as_dvec3();
-        assert_eq!(output == 1, !separated(corners, half), "{input:?}");
+        assert_eq!(
+            output == 1,
+            !separated(corners, half),
+            "{input:?}: whether triangle and box overlap, by the kernel (left) and by 13 axes in f64"
+        );
         let smaller = half - 1e-9;
         n_touching += usize::from(output == 1 && !clipped_remains(corners, smaller));
     }
-    assert!(n_touching > 1000, "{n_touching}");
+    assert!(n_touching > 1000, "{n_touching} triangles only touch their box, expected above 1000");
 }
 
 /// Against clipping in f64, with the box a little smaller and a little larger: where both say the
@@ -610,11 +646,20 @@ fn triangle_box_matches_clipping() {
         let (less, more) =
             (clipped_remains(corners, half - margin), clipped_remains(corners, half + margin));
         if less == more {
-            assert_eq!(output == 1, more, "{input:?}");
+            assert_eq!(
+                output == 1,
+                more,
+                "{input:?}: whether triangle and box overlap, by the kernel (left) and by clipping in f64"
+            );
             counts[usize::from(more)] += 1;
         }
     }
-    assert!(counts[0] > 10_000 && counts[1] > 10_000, "{counts:?}");
+    assert!(
+        counts[0] > 10_000 && counts[1] > 10_000,
+        "{} triangles beside and {} in their box are compared, expected above 10 000 of each",
+        counts[0],
+        counts[1]
+    );
 }
 
 /// Interpolation in f64 (7 roundings of the largest term), and the weights of a point again: 8
@@ -656,13 +701,24 @@ fn barycentrics_match_f64_and_round_trip() {
         let (s, t) = (f64::from(w.x), f64::from(w.y));
         let expected = a * (1.0 - s - t) + b * s + c * t;
         let largest = a.abs().max(b.abs()).max(c.abs());
-        let what = format!("{a}, {b}, {c}, {w}: {three}, {two}, {four}, {weights}");
+        let what = format!("corners {a}, {b}, {c}, weights {s}, {t}");
         for axis in 0..3 {
             let bound = 4.2e-7 * largest[axis] + 1e-30;
-            assert!((f64::from(three[axis]) - expected[axis]).abs() <= bound, "{what}");
+            assert!(
+                (f64::from(three[axis]) - expected[axis]).abs() <= bound,
+                "{what}: interpolated is {three}, expected {expected} within {bound:.1e} in axis {axis}"
+            );
         }
-        assert_eq!(two.truncate().truncate(), three.truncate().truncate(), "{what}");
-        assert_eq!(*four, Vec4::new(three.z, three.x, three.y, three.z), "{what}");
+        assert_eq!(
+            two.truncate().truncate(),
+            three.truncate().truncate(),
+            "{what}: interpolated pair, expected the triple's"
+        );
+        assert_eq!(
+            *four,
+            Vec4::new(three.z, three.x, three.y, three.z),
+            "{what}: interpolated four (z, x, y, z), expected the triple's"
+        );
         let cross = (b - a).cross(c - a).length();
         let longest = (b - a).length().max((c - a).length());
         // The point off the plane is known to 1e-7 of its coordinates.
@@ -672,10 +728,17 @@ fn barycentrics_match_f64_and_round_trip() {
         let tilt = 4.0 * error * f64::from(w.w) / longest * (longest * longest / cross);
         if error + tilt < 0.05 {
             for (found, expected) in [(weights.x, s), (weights.y, t)] {
-                assert!((f64::from(found) - expected).abs() < error, "{what}, {error}");
+                assert!(
+                    (f64::from(found) - expected).abs() < error,
+                    "{what}: the weight of the point comes back as {found}, expected {expected} within {error:.1e}"
+                );
             }
             for (found, expected) in [(weights.z, s), (weights.w, t)] {
-                assert!((f64::from(found) - expected).abs() < error + tilt, "{what}, {error}");
+                assert!(
+                    (f64::from(found) - expected).abs() < error + tilt,
+                    "{what}: the weight of a point off the plane is {found}, expected {expected} within {:.1e}",
+                    error + tilt
+                );
             }
         }
     }
@@ -774,16 +837,26 @@ fn ray_offset_leaves_its_own_triangle() {
         let extent = (a.max(b).max(c) - a.min(b).min(c)).max_element();
         let bound = 3.0 * 6e-8 * (16.0 * largest + 32.0 * extent);
         worst = worst.max(moved / bound);
-        assert!(moved < bound, "{input:?}: moved {moved:e}, bound {bound:e}");
+        assert!(
+            moved < bound,
+            "{input:?}: the origin is moved by {moved:e}, expected below {bound:e}"
+        );
         if output.w >= 0.0 {
             let longest = (b - a).length().max((c - a).length()).max((c - b).length());
             let sliver = longest * longest / (b - a).cross(c - a).length();
-            assert!(sliver > 100.0, "{input:?}: {output}, moved {moved:e}");
+            assert!(
+                sliver > 100.0,
+                "{input:?}: a ray from {output}, moved by {moved:e}, meets its own triangle of longest edge²/double area {sliver}, expected only above 100"
+            );
             n_hits += 1;
         }
     }
     eprintln!("ray offset: {n_hits} self hits, at most {worst:.3} of the bound");
-    assert!(n_hits * 100_000 <= inputs.len(), "{n_hits} of {}", inputs.len());
+    assert!(
+        n_hits * 100_000 <= inputs.len(),
+        "{n_hits} of {} rays meet their own triangle, expected at most 1 in 100 000",
+        inputs.len()
+    );
 }
 
 /// Weights within the triangle, for any point: those of its plane clamped each to [0, 1] and scaled to a sum of at most 1, in f64; of triangles
@@ -807,8 +880,15 @@ fn barycentrics_within_stay_within() {
         &inputs,
     );
     for (ix, ([a, b, c, p], found)) in inputs.iter().zip(&found).enumerate() {
-        assert!(found.iter().all(|w| (0.0..=1.0).contains(w)), "{a} {b} {c} {p}: {found:?}");
-        assert!(found[0] + found[1] <= 1.0 + 2e-7, "{a} {b} {c} {p}: {found:?}");
+        let what = format!("corners {a}, {b}, {c}, point {p}");
+        assert_each(&format!("{what}: weights"), found, "within 0 to 1", |w| {
+            (0.0..=1.0).contains(w)
+        });
+        assert!(
+            found[0] + found[1] <= 1.0 + 2e-7,
+            "{what}: the weights {found:?} sum to {}, expected at most 1 + 2e-7",
+            found[0] + found[1]
+        );
         let [a, b, c, p] = [a, b, c, p].map(|v| v.truncate().as_dvec3());
         let (e, f) = (b - a, c - a);
         let normal = e.cross(f);
@@ -824,6 +904,9 @@ fn barycentrics_within_stay_within() {
         let shortest = e.length().min(f.length());
         let bound = 100.0 * 6e-8 / (sine * sine * shortest * shortest) + 1e-6;
         let error = (DVec2::new(found[0].into(), found[1].into()) - expected).length();
-        assert!(error < bound, "{a} {b} {c} {p}: {found:?} for {expected}");
+        assert!(
+            error < bound,
+            "{what}: weights are {found:?}, expected {expected} within {bound:.1e}"
+        );
     }
 }

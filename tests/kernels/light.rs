@@ -100,22 +100,47 @@ fn punctual_lights_match_the_specification() {
         let cone_at = (i.direction.as_dvec3().dot(-to_light) - f64::from(i.cos_outer)) * scale;
         let cone = cone_at.clamp(0.0, 1.0).powi(2);
         for sample in [o.point, o.spot] {
-            assert!((sample.truncate().as_dvec3() - to_light).length() < 5e-7, "{i:?}: {o:?}");
-            assert!((f64::from(sample.w) / distance - 1.0).abs() < 5e-7, "{i:?}: {o:?}");
+            assert!(
+                (sample.truncate().as_dvec3() - to_light).length() < 5e-7,
+                "{i:?}: direction to the light is {}, expected {to_light} within 5e-7",
+                sample.truncate()
+            );
+            assert!(
+                (f64::from(sample.w) / distance - 1.0).abs() < 5e-7,
+                "{i:?}: distance is {}, expected {distance} within 5e-7 of it",
+                sample.w
+            );
         }
         let ratio = if i.range > 0.0 { (distance / f64::from(i.range)).min(1.0) } else { 0.0 };
         for lane in 0..3 {
             let full = f64::from(i.intensity[lane]) / (distance * distance);
             let bound = 1e-6 * full * (window + 5.0 * ratio.powi(4));
             let error = (f64::from(o.point_irradiance[lane]) - full * window).abs();
-            assert!(error <= bound, "point {i:?}: {o:?}, window {window}");
+            assert!(
+                error <= bound,
+                "{i:?}: irradiance of the point light is {}, expected {} within {bound:.1e} in lane {lane}",
+                o.point_irradiance[lane],
+                full * window
+            );
             let bound = bound + full * window * 2.0 * 6e-7 * scale;
             let error = (f64::from(o.spot_irradiance[lane]) - full * window * cone).abs();
-            assert!(error <= bound, "spot {i:?}: {o:?}, cone {cone}");
-            assert_eq!(o.sun_irradiance[lane], i.intensity[lane]);
+            assert!(
+                error <= bound,
+                "{i:?}: irradiance of the spot is {}, expected {} within {bound:.1e} in lane {lane}",
+                o.spot_irradiance[lane],
+                full * window * cone
+            );
+            assert_eq!(
+                o.sun_irradiance[lane], i.intensity[lane],
+                "{i:?}: irradiance of the directional light in lane {lane}"
+            );
         }
-        assert_eq!(o.sun.truncate(), -i.direction);
-        assert!(o.sun.w > 3e38, "{o:?}");
+        assert_eq!(o.sun.truncate(), -i.direction, "{i:?}: direction to the directional light");
+        assert!(
+            o.sun.w > 3e38,
+            "{i:?}: distance of the directional light is {}, expected above 3e38",
+            o.sun.w
+        );
     }
 }
 
@@ -153,16 +178,39 @@ fn punctual_lights_have_their_closed_forms() {
     ];
     let outputs = punctual(&cases.map(|case| case.0));
     for ((input, point, spot), o) in cases.iter().zip(&outputs) {
-        assert!((o.point_irradiance.x - point).abs() < 2e-6 * (1.0 + point), "{input:?}: {o:?}");
-        assert!((o.spot_irradiance.x - spot).abs() < 1e-5, "{input:?}: {o:?}");
-        assert!((o.point_irradiance.y - 2.0 * o.point_irradiance.x).abs() < 1e-6);
-        assert!(o.point.is_finite() && o.spot.is_finite());
+        assert!(
+            (o.point_irradiance.x - point).abs() < 2e-6 * (1.0 + point),
+            "{input:?}: irradiance of the point light is {}, expected {point} within {:.1e}",
+            o.point_irradiance.x,
+            2e-6 * (1.0 + point)
+        );
+        assert!(
+            (o.spot_irradiance.x - spot).abs() < 1e-5,
+            "{input:?}: irradiance of the spot is {}, expected {spot} within 1e-5",
+            o.spot_irradiance.x
+        );
+        assert!(
+            (o.point_irradiance.y - 2.0 * o.point_irradiance.x).abs() < 1e-6,
+            "{input:?}: green of the point light's irradiance is {}, expected twice the red {} within 1e-6",
+            o.point_irradiance.y,
+            o.point_irradiance.x
+        );
+        assert!(
+            o.point.is_finite() && o.spot.is_finite(),
+            "{input:?}: directions and distances are {} and {}, expected finite",
+            o.point,
+            o.spot
+        );
     }
     // An edge sharper than the extension's least difference: 0.001 wide.
     let mut sharp = at(up(1.0), 0.0, tilted(0.5005));
     sharp.cos_inner = sharp.cos_outer;
     let o = punctual(&[sharp])[0];
-    assert!((o.spot_irradiance.x / 8.0 - 0.25).abs() < 1e-3, "{o:?}");
+    assert!(
+        (o.spot_irradiance.x / 8.0 - 0.25).abs() < 1e-3,
+        "irradiance in the middle of a sharp edge is {} of 8, expected 0.25 of it within 1e-3",
+        o.spot_irradiance.x
+    );
 }
 
 fn exact_direction(u: f64, v: f64) -> DVec3 {
@@ -201,17 +249,28 @@ fn equirect_map_has_its_corners() {
     let inputs: Vec<Vec4> = cases.iter().map(|case| case.0.extend(0.0)).collect();
     for ((direction, uv), [there, back]) in cases.iter().zip(sky_round_trip(&inputs)) {
         for lane in 0..2 {
-            assert!((there[lane] - uv[lane]).abs() < 2e-5, "{direction}: {there}");
+            assert!(
+                (there[lane] - uv[lane]).abs() < 2e-5,
+                "uv of {direction} is {}, expected {uv:?} within 2e-5",
+                there.truncate().truncate()
+            );
         }
-        assert!((back.truncate() - direction.normalize()).length() < 1e-4, "{direction}: {back}");
+        assert!(
+            (back.truncate() - direction.normalize()).length() < 1e-4,
+            "{direction} comes back as {}, expected its unit vector within 1e-4",
+            back.truncate()
+        );
     }
     // Poles: v is exact, u anything in range. Just left of −Z, u does not reach 1.
     let inputs =
         [Vec4::Y, Vec4::NEG_Y, Vec4::new(-1e-30, 0.0, -1.0, 0.0), Vec4::new(-0.0, 0.0, -1.0, 0.0)];
     let outputs = sky_round_trip(&inputs);
-    assert_eq!((outputs[0][0].y, outputs[1][0].y), (0.0, 1.0));
-    for [there, back] in outputs {
-        assert!((0.0..1.0).contains(&there.x) && back.is_finite(), "{there}");
+    assert_eq!((outputs[0][0].y, outputs[1][0].y), (0.0, 1.0), "v of the poles +Y and −Y");
+    for (input, [there, back]) in inputs.iter().zip(outputs) {
+        assert!(
+            (0.0..1.0).contains(&there.x) && back.is_finite(),
+            "uv of {input} is {there} and comes back as {back}, expected u in 0 to 1 (less than 1) and a finite direction"
+        );
     }
 }
 
@@ -223,11 +282,20 @@ fn equirect_map_round_trips() {
     let mut worst = 0.0f64;
     for (input, [there, back]) in inputs.iter().zip(sky_round_trip(&inputs)) {
         let d = input.truncate().as_dvec3();
-        assert!((0.0..1.0).contains(&there.x) && (0.0..=1.0).contains(&there.y), "{d}: {there}");
+        assert!(
+            (0.0..1.0).contains(&there.x) && (0.0..=1.0).contains(&there.y),
+            "uv of {d} is {there}, expected u in 0 to 1 (less than 1) and v in 0 to 1"
+        );
         let mapped = exact_direction(f64::from(there.x), f64::from(there.y));
-        assert!((mapped - d).length() < 1.2e-4, "{d}: {there}, which is {mapped}");
+        assert!(
+            (mapped - d).length() < 1.2e-4,
+            "uv of {d} is {there}, the direction {mapped}, expected within 1.2e-4"
+        );
         let back = back.truncate().as_dvec3();
-        assert!((back - mapped).length() < 2e-6, "{there}: {back} for {mapped}");
+        assert!(
+            (back - mapped).length() < 2e-6,
+            "direction of uv {there} is {back}, expected {mapped} within 2e-6"
+        );
         worst = worst.max((back - d).length());
     }
     eprintln!("equirectangular round trip: {worst:e} rad at most");
@@ -248,8 +316,16 @@ fn equirect_map_round_trips() {
     );
     for (place, output) in places.iter().zip(&outputs) {
         let expected = exact_direction(f64::from(place.x), f64::from(place.y));
-        assert!((output.truncate().as_dvec3() - expected).length() < 2e-6, "{place}: {output}");
-        assert!(output.w < 3e-5 || output.w > 0.99, "{place}: {output}");
+        assert!(
+            (output.truncate().as_dvec3() - expected).length() < 2e-6,
+            "direction of uv {place} is {}, expected {expected} within 2e-6",
+            output.truncate()
+        );
+        assert!(
+            output.w < 3e-5 || output.w > 0.99,
+            "uv {place} comes back off by {}, expected below 3e-5 or, around, above 0.99",
+            output.w
+        );
     }
 }
 
@@ -316,32 +392,58 @@ fn triangle_light_matches_f64() {
         let cross = (b - a).cross(c - a);
         let area = cross.length() / 2.0;
         let flatness = (b - a).length() * (c - a).length() / cross.length();
-        assert!((f64::from(o.area) / area - 1.0).abs() < 4e-7 * flatness, "{i:?}: {o:?}");
+        assert!(
+            (f64::from(o.area) / area - 1.0).abs() < 4e-7 * flatness,
+            "{i:?}: area is {}, expected {area} within {:.1e} of it",
+            o.area,
+            4e-7 * flatness
+        );
         let [s, t] = o.barycentrics.map(f64::from);
         let offset = a * (1.0 - s - t) + b * s + c * t - i.at.as_dvec3();
         let distance = offset.length();
         // Sums of numbers up to 4 and their cancellation.
         let spread = 1e-6 / distance;
-        assert!((f64::from(o.distance) - distance).abs() < 1e-6, "{i:?}: {o:?}");
+        assert!(
+            (f64::from(o.distance) - distance).abs() < 1e-6,
+            "{i:?}: distance is {}, expected {distance} within 1e-6",
+            o.distance
+        );
         assert!(
             (o.to_light.as_dvec3() - offset / distance).length() < 2.0 * spread + 3e-7,
-            "{i:?}: {o:?}"
+            "{i:?}: direction to the light is {}, expected {} within {:.1e}",
+            o.to_light,
+            offset / distance,
+            2.0 * spread + 3e-7
         );
         let cosine = -cross.normalize().dot(offset) / distance;
         let cosine_error = 2.0 * spread + 1e-6 * flatness;
         assert!(
             (f64::from(o.cosine) - cosine).abs() < cosine_error,
-            "{i:?}: {o:?}, cosine {cosine}"
+            "{i:?}: cosine is {}, expected {cosine} within {cosine_error:.1e}",
+            o.cosine
         );
         if cosine.abs() > 10.0 * cosine_error {
             let pdf = distance * distance / (cosine.abs() * area);
             let bound = 2.0 * cosine_error / cosine.abs() + 4.0 * spread + 1e-6 * flatness;
-            assert!((f64::from(o.pdf) / pdf - 1.0).abs() < bound, "{i:?}: {o:?}, pdf {pdf}");
-            assert!((o.again / o.pdf - 1.0).abs() < bound as f32, "{i:?}: {o:?}");
+            assert!(
+                (f64::from(o.pdf) / pdf - 1.0).abs() < bound,
+                "{i:?}: pdf is {}, expected {pdf} within {bound:.1e} of it",
+                o.pdf
+            );
+            assert!(
+                (o.again / o.pdf - 1.0).abs() < bound as f32,
+                "{i:?}: pdf of the direction drawn is {}, expected the draw's {} within {bound:.1e} of it",
+                o.again,
+                o.pdf
+            );
             n_compared += 1;
         }
     }
-    assert!(n_compared > 19_000);
+    assert!(
+        n_compared > 19_000,
+        "{n_compared} of {} triangles are compared, expected above 19 000",
+        inputs.len()
+    );
 }
 
 /// A right triangle above the receiver: area, density and cosine by hand; edge-on, no area, and the
@@ -365,12 +467,30 @@ fn triangle_light_edge_cases() {
         case(z, x, x, Vec3::Z, [0.3, 0.6]),
         case(z, x, y, z, [0.0, 0.0]),
     ]);
-    assert_eq!((outputs[0].area, outputs[0].distance, outputs[0].cosine), (2.0, 2.0, 1.0));
-    assert_eq!((outputs[0].pdf, outputs[0].to_light), (2.0, Vec3::NEG_Z));
-    assert_eq!((outputs[1].pdf, outputs[1].cosine), (2.0, -1.0));
-    for o in &outputs[2..] {
-        assert_eq!(o.pdf, 0.0, "{o:?}");
-        assert!(o.to_light.is_finite() && o.distance.is_finite(), "{o:?}");
+    assert_eq!(
+        (outputs[0].area, outputs[0].distance, outputs[0].cosine),
+        (2.0, 2.0, 1.0),
+        "area, distance and cosine of a right triangle seen from its front"
+    );
+    assert_eq!(
+        (outputs[0].pdf, outputs[0].to_light),
+        (2.0, Vec3::NEG_Z),
+        "pdf and direction of a right triangle seen from its front"
+    );
+    assert_eq!(
+        (outputs[1].pdf, outputs[1].cosine),
+        (2.0, -1.0),
+        "pdf and cosine of a right triangle seen from its back"
+    );
+    let degenerate = ["edge-on", "without area", "receiver on the light"];
+    for (what, o) in degenerate.iter().zip(&outputs[2..]) {
+        assert_eq!(o.pdf, 0.0, "{what}: pdf");
+        assert!(
+            o.to_light.is_finite() && o.distance.is_finite(),
+            "{what}: direction {} and distance {}, expected finite",
+            o.to_light,
+            o.distance
+        );
     }
 }
 
@@ -423,5 +543,8 @@ fn triangle_light_directions_follow_their_pdf() {
         &inputs,
     );
     let sum: f64 = lit.iter().zip(&pdfs).map(|((_, w, _), &pdf)| w * f64::from(pdf)).sum();
-    assert!((sum - 1.0).abs() < 2e-3, "{sum}");
+    assert!(
+        (sum - 1.0).abs() < 2e-3,
+        "the integral of the triangle light's pdf is {sum}, expected 1 within 2e-3"
+    );
 }

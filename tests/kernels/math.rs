@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/math`.
 
-use crate::harness::{Random, map};
+use crate::harness::{Random, assert_each, map};
 use glam::{DVec3, Vec3, Vec4};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 
@@ -101,7 +101,11 @@ fn frame_is_orthonormal_everywhere() {
     );
     for (input, columns) in inputs.iter().zip(&outputs) {
         let [x, y, z] = columns.map(|c| c.truncate().as_dvec3());
-        assert_eq!(z.as_vec3(), input.truncate());
+        assert_eq!(
+            z.as_vec3(),
+            input.truncate(),
+            "third column of the frame of the normal {input}"
+        );
         let errors = [
             x.dot(y).abs(),
             x.dot(z).abs(),
@@ -111,7 +115,10 @@ fn frame_is_orthonormal_everywhere() {
             (x.cross(y) - z).length(),
         ];
         let worst = errors.into_iter().fold(0.0, f64::max);
-        assert!(worst < 5e-7, "normal {input}: error {worst:e}, columns {columns:?}");
+        assert!(
+            worst < 5e-7,
+            "normal {input}: the frame {columns:?} is off an orthonormal one by {worst:e}, expected below 5e-7"
+        );
     }
 }
 
@@ -139,7 +146,11 @@ fn constants_are_the_nearest_f32() {
         unit_roundoff,
         3.402823e38,
     ];
-    assert_eq!(outputs[0], expected.map(|value| value as f32));
+    assert_eq!(
+        outputs[0],
+        expected.map(|value| value as f32),
+        "constants, in the order of the import"
+    );
 }
 
 /// Exact, for every kind of bits.
@@ -167,7 +178,10 @@ fn float_questions_are_answered_for_all_bits() {
         let finite = u32::from(x.is_finite());
         let expected =
             u32::from(x.is_nan()) | (u32::from(x.is_infinite()) << 1) | (finite * 0b11_1100);
-        assert_eq!(flags, expected, "{x:?} ({bits:#010x}): {flags:#b}");
+        assert_eq!(
+            flags, expected,
+            "flags of {x:?} ({bits:#010x}) are {flags:#b}, expected {expected:#b}: NaN, infinite, finite, and all finite three times"
+        );
     }
 }
 
@@ -217,9 +231,16 @@ fn safe_normalize_gives_unit_vectors_or_the_fallback() {
                     worst = worst.max(relative);
                 }
             }
-            assert!(worst < 4e-7, "{input}: {output}");
+            assert!(
+                worst < 4e-7,
+                "{input} is normalised to {output}, expected {expected} within 4e-7 of each component"
+            );
         } else {
-            assert_eq!(output.truncate(), Vec3::new(7.0, 8.0, 9.0), "{input}");
+            assert_eq!(
+                output.truncate(),
+                Vec3::new(7.0, 8.0, 9.0),
+                "{input} is normalised, expected the fallback"
+            );
         }
     }
     eprintln!("safe_normalize: worst relative error {worst:e}");
@@ -245,7 +266,11 @@ fn component_extremes_are_exact() {
     );
     for (input, output) in inputs.iter().zip(&outputs) {
         let v = input.truncate();
-        assert_eq!(*output, [v.max_element(), v.min_element()], "{input}");
+        assert_eq!(
+            *output,
+            [v.max_element(), v.min_element()],
+            "greatest and least component of {v}"
+        );
     }
 }
 
@@ -296,13 +321,31 @@ fn octahedral_directions_survive_packing() {
         let d = input.truncate().as_dvec3();
         let unpacked = output.unpacked.truncate().as_dvec3();
         let error = angle(d, unpacked);
-        assert!(error < 6.54e-5, "{input}: {error:e}, {:#x}", output.packed);
-        assert!((unpacked.length() - 1.0).abs() < 4e-7, "{input}: {}", output.unpacked);
+        assert!(
+            error < 6.54e-5,
+            "{input} is packed to {:#x}, {} unpacked: off by {error:e} rad, expected below 6.54e-5",
+            output.packed,
+            output.unpacked.truncate()
+        );
+        assert!(
+            (unpacked.length() - 1.0).abs() < 4e-7,
+            "{input} is unpacked to {} of length {}, expected 1 within 4e-7",
+            output.unpacked.truncate(),
+            unpacked.length()
+        );
         // Both maps in f32, without rounding to 16 bits: about 8 operations of 6e-8 at a
         // stretch of √6.
         let error_map = angle(d, output.mapped.truncate().as_dvec3());
-        assert!(error_map < 1e-6, "{input}: {error_map:e}");
-        assert!(output.point.iter().all(|x| x.abs() <= 1.0), "{input}: {:?}", output.point);
+        assert!(
+            error_map < 1e-6,
+            "{input} is mapped there and back to {}: off by {error_map:e} rad, expected below 1e-6",
+            output.mapped.truncate()
+        );
+        assert!(
+            output.point.iter().all(|x| x.abs() <= 1.0),
+            "octahedral coordinates of {input} are {:?}, expected within −1 to 1",
+            output.point
+        );
         worst = worst.max(error);
         worst_map = worst_map.max(error_map);
         sum += error;
@@ -321,7 +364,7 @@ fn octahedral_directions_survive_packing() {
         .collect();
     let outputs: Vec<Octahedral> = map(OCTAHEDRAL, &axes);
     for (axis, output) in axes.iter().zip(&outputs) {
-        assert_eq!(output.unpacked.truncate(), axis.truncate());
+        assert_eq!(output.unpacked.truncate(), axis.truncate(), "axis, packed and unpacked");
     }
 }
 
@@ -355,8 +398,14 @@ fn octahedral_words_survive_unpacking() {
             DVec3::new((1.0 - y.abs()) * sign(x), (1.0 - x.abs()) * sign(y), z)
         };
         let [once, twice] = [once, twice].map(|v| v.truncate().as_dvec3());
-        assert!(angle(once, expected) < 1e-6, "{input:#x}: {once}, expected {expected}");
-        assert!(angle(once, twice) < 1e-6, "{input:#x}: {once}, then {twice}");
+        assert!(
+            angle(once, expected) < 1e-6,
+            "{input:#x} is unpacked to {once}, expected {expected} within 1e-6 rad"
+        );
+        assert!(
+            angle(once, twice) < 1e-6,
+            "{input:#x} is unpacked to {once}, and packed and unpacked again to {twice}, expected within 1e-6 rad"
+        );
     }
 }
 
@@ -385,13 +434,20 @@ fn unorm_bytes_are_nearest() {
         &inputs,
     );
     for (input, output) in inputs.iter().zip(&outputs) {
-        assert_eq!(output[0], output[1], "{input}: not kept");
+        assert_eq!(output[0], output[1], "{input}: bytes, and the bytes unpacked and packed again");
         for (axis, byte) in output[0].to_le_bytes().into_iter().enumerate() {
             let exact = f64::from(input[axis]).clamp(0.0, 1.0) * 255.0;
-            assert!((exact - f64::from(byte)).abs() < 0.5 + 1e-4, "{input}: byte {axis} is {byte}");
+            assert!(
+                (exact - f64::from(byte)).abs() < 0.5 + 1e-4,
+                "{input}: byte {axis} is {byte}, expected {exact} within 0.5001"
+            );
             let unpacked = f64::from(f32::from_bits(output[4 + axis]));
             // One division.
-            assert!((unpacked - f64::from(byte) / 255.0).abs() < 2e-7, "{input}: {unpacked}");
+            assert!(
+                (unpacked - f64::from(byte) / 255.0).abs() < 2e-7,
+                "{input}: byte {axis}, {byte}, is unpacked to {unpacked}, expected {} within 2e-7",
+                f64::from(byte) / 255.0
+            );
         }
     }
 }
@@ -435,19 +491,31 @@ fn halves_are_neighbours_and_never_infinite() {
             let x = f32::from_bits(pair[lane]);
             let bits = (packed[ix] >> (16 * lane)) as u16;
             let exact = if x.is_nan() { 0.0 } else { f64::from(x.clamp(-65504.0, 65504.0)) };
-            assert!(bits & 0x7c00 != 0x7c00, "{x:?}: {bits:#06x} is not finite");
+            assert!(bits & 0x7c00 != 0x7c00, "{x:?} is packed to {bits:#06x}, which is not finite");
             let error = (half(bits) - exact).abs();
             let normal = exact.abs() >= 2f64.powi(-14);
             let bound = if normal { exact.abs() * 2f64.powi(-10) } else { 2f64.powi(-14) };
-            assert!(error <= bound, "{x:?}: {bits:#06x}, error {error:e}");
+            assert!(
+                error <= bound,
+                "{x:?} is packed to {bits:#06x}, {}, expected {exact}: off by {error:e}, expected at most {bound:e}",
+                half(bits)
+            );
             if normal {
                 worst = worst.max(error / exact.abs());
             }
             let unpacked = f64::from(unpacked[ix][lane]);
             let flushed = unpacked == 0.0 && bits & 0x7c00 == 0;
-            assert!(unpacked == half(bits) || flushed, "{bits:#06x}: {unpacked}");
+            assert!(
+                unpacked == half(bits) || flushed,
+                "{bits:#06x} is unpacked to {unpacked}, expected {} (or 0 for a subnormal one)",
+                half(bits)
+            );
             if exact == half(bits) && exact != 0.0 {
-                assert_eq!(x < 0.0, bits >> 15 == 1);
+                assert_eq!(
+                    x < 0.0,
+                    bits >> 15 == 1,
+                    "{x:?} is packed to {bits:#06x}: whether each is negative"
+                );
             }
         }
     }
@@ -525,9 +593,16 @@ fn small_floats_are_nearest_even() {
             let ix = nearest_even(&tables[lane], if x > 0.0 { f64::from(x) } else { 0.0 });
             expected |= ix << shift;
             let value = f64::from(f32::from_bits(output[lane]));
-            assert_eq!(value, tables[lane][ix as usize], "{x:?} in lane {lane}");
+            assert_eq!(
+                value, tables[lane][ix as usize],
+                "{x:?} in lane {lane}, packed and unpacked"
+            );
         }
-        assert_eq!(output[3], expected, "{input:x?}: {:#x}, expected {expected:#x}", output[3]);
+        assert_eq!(
+            output[3], expected,
+            "{input:x?} is packed to {:#x}, expected {expected:#x}",
+            output[3]
+        );
     }
 }
 
@@ -546,9 +621,14 @@ fn small_floats_unpack_specials() {
         fn map(input: Input) -> Output { return vec4<f32>(unpack_small_float(input), 0.0); }",
         &inputs,
     );
-    assert_eq!(outputs[0][..3], [1.0; 3]);
-    assert_eq!(outputs[1][..3], [f32::INFINITY; 3]);
-    assert!(outputs[2][..3].iter().all(|x| x.is_nan()), "{:?}", outputs[2]);
+    assert_eq!(outputs[0][..3], [1.0; 3], "the example of the module's header, unpacked");
+    assert_eq!(outputs[1][..3], [f32::INFINITY; 3], "exponent 31 with mantissa 0, unpacked");
+    assert_each(
+        "exponent 31 with other mantissas, unpacked: numbers",
+        &outputs[2][..3],
+        "NaN",
+        |x| x.is_nan(),
+    );
 }
 
 /// EXT_texture_shared_exponent in f64, by its text.
@@ -634,15 +714,27 @@ fn shared_exponents_follow_the_extension() {
     for (input, output) in inputs.iter().zip(&outputs) {
         let v = [input[0], input[1], input[2]].map(f32::from_bits);
         let expected = shared_exponent(v);
-        assert_eq!(output[3], expected, "{v:?}: {:#x}, expected {expected:#x}", output[3]);
+        assert_eq!(
+            output[3], expected,
+            "{v:?} is packed to {:#x}, expected {expected:#x}",
+            output[3]
+        );
         let clamped = v.map(|x| if x > 0.0 { f64::from(x).min(65408.0) } else { 0.0 });
         let largest = clamped.into_iter().fold(0.0, f64::max);
         for lane in 0..3 {
             let value = f64::from(f32::from_bits(output[lane]));
             let mantissa = f64::from(expected >> (9 * lane) & 511);
-            assert_eq!(value, mantissa * 2f64.powi((expected >> 27) as i32 - 24));
+            assert_eq!(
+                value,
+                mantissa * 2f64.powi((expected >> 27) as i32 - 24),
+                "{expected:#x}, unpacked, lane {lane}"
+            );
             let bound = (largest / 511.0).max(2f64.powi(-25));
-            assert!((value - clamped[lane]).abs() <= bound, "{v:?} became {value} in lane {lane}");
+            assert!(
+                (value - clamped[lane]).abs() <= bound,
+                "{v:?} becomes {value} in lane {lane}, expected {} within {bound:e}",
+                clamped[lane]
+            );
         }
     }
 }
@@ -694,6 +786,9 @@ fn morton_codes_interleave_bits() {
             decode(code, 2, 3, 10),
             0,
         ];
-        assert_eq!(*output, expected, "{input:x?}");
+        assert_eq!(
+            *output, expected,
+            "Morton codes of the first two and three of {input:x?}, and the last one decoded"
+        );
     }
 }

@@ -85,10 +85,21 @@ fn light_and_its_weight_match_f64() {
         }
         let arrives = cosine > 0.0 && rise > 0.0;
         let expected_arrives = u32::from(arrives);
-        assert_eq!(found.may_arrive[1], expected_arrives, "{draw:?}");
-        assert_eq!(found.may_arrive[0], u32::from(arrives && draw.albedo > 0.0), "{draw:?}");
+        assert_eq!(
+            found.may_arrive[1], expected_arrives,
+            "{draw:?}: whether irradiance may arrive"
+        );
+        assert_eq!(
+            found.may_arrive[0],
+            u32::from(arrives && draw.albedo > 0.0),
+            "{draw:?}: whether reflected light may arrive"
+        );
         if !arrives {
-            assert_eq!((found.reflected, found.irradiance), (Vec3::ZERO, Vec3::ZERO), "{draw:?}");
+            assert_eq!(
+                (found.reflected, found.irradiance),
+                (Vec3::ZERO, Vec3::ZERO),
+                "{draw:?}: reflected light and irradiance of a light that does not arrive"
+            );
             continue;
         }
         let irradiance = draw.sent.as_dvec3() * cosine;
@@ -96,21 +107,36 @@ fn light_and_its_weight_match_f64() {
         let near = |a: Vec3, b: DVec3| {
             (a.as_dvec3() - b).abs().max_element() <= 1e-6 * b.max_element() / cosine
         };
-        assert!(near(found.irradiance, irradiance), "{draw:?}: {found:?}");
-        assert!(near(found.reflected, reflected), "{draw:?}: {found:?}");
+        assert!(
+            near(found.irradiance, irradiance),
+            "{draw:?}: irradiance is {}, expected {irradiance} within {:.1e} of its largest",
+            found.irradiance,
+            1e-6 / cosine
+        );
+        assert!(
+            near(found.reflected, reflected),
+            "{draw:?}: reflected light is {}, expected {reflected} within {:.1e} of its largest",
+            found.reflected,
+            1e-6 / cosine
+        );
         let weight = |n_light: f64, n_scattered: f64| {
             let light = f64::from(draw.pdf) * n_light;
             let other = cosine / PI * n_scattered;
             if light == 0.0 { 1.0 } else { light * light / (light * light + other * other) }
         };
         let weights = [
-            (found.irradiance_weight, weight(1.0, 1.0)),
-            (found.reflected_weight, weight(draw.n_light.into(), draw.n_scattered.into())),
+            ("irradiance", found.irradiance_weight, weight(1.0, 1.0)),
+            (
+                "reflected light",
+                found.reflected_weight,
+                weight(draw.n_light.into(), draw.n_scattered.into()),
+            ),
         ];
-        for (found, expected) in weights {
+        for (what, found, expected) in weights {
             assert!(
                 (f64::from(found) - expected).abs() < 2e-6 / cosine.max(0.01),
-                "{draw:?}: {found} for {expected}"
+                "{draw:?}: the weight of {what} is {found}, expected {expected} within {:.1e}",
+                2e-6 / cosine.max(0.01)
             );
         }
     }
@@ -133,12 +159,26 @@ fn dark_lights_need_no_shadow_and_broken_ones_stay_broken() {
     let below = Draw { sent: Vec3::splat(f32::INFINITY), geometric_normal: Vec3::NEG_Y, ..draw };
     let finite_below = Draw { sent: Vec3::ONE, geometric_normal: Vec3::NEG_Y, ..draw };
     let found = find(&[draw, nan, below, finite_below]);
+    let cases = ["dark", "NaN", "infinite from below", "finite from below"];
     for (ix, found) in found.iter().enumerate() {
-        assert_eq!(found.may_arrive, [0; 4], "{ix}: {found:?}");
-        assert_eq!(found.reflected, Vec3::ZERO, "{ix}: {found:?}");
+        let what = cases[ix];
+        assert_eq!(
+            found.may_arrive, [0; 4],
+            "{what}: whether reflected light and irradiance may arrive"
+        );
+        assert_eq!(found.reflected, Vec3::ZERO, "{what}: reflected light");
         let is_finite = found.irradiance.is_finite();
-        assert_eq!(is_finite, ix == 0 || ix == 3, "{ix}: {found:?}");
-        assert!(!is_finite || found.irradiance == Vec3::ZERO, "{ix}: {found:?}");
+        assert_eq!(
+            is_finite,
+            ix == 0 || ix == 3,
+            "{what}: whether the irradiance {} is finite",
+            found.irradiance
+        );
+        assert!(
+            !is_finite || found.irradiance == Vec3::ZERO,
+            "{what}: irradiance is {}, expected 0",
+            found.irradiance
+        );
     }
 }
 
@@ -164,8 +204,11 @@ fn samples_stand_for_solid_angles() {
             if a == 0.0 { (0.0, 1.0) } else { (1.0 / a, a * a / (a * a + b * b)) };
         assert!(
             (f64::from(angle) - expected_angle).abs() <= 3e-7 * expected_angle,
-            "{input}: {angle}"
+            "pdf {a}: a sample stands for {angle} sr, expected {expected_angle} within 3e-7 of it"
         );
-        assert!((f64::from(weight) - expected_weight).abs() < 6e-7, "{input}: {weight}");
+        assert!(
+            (f64::from(weight) - expected_weight).abs() < 6e-7,
+            "pdfs {a} and {b}: the weight is {weight}, expected {expected_weight} within 6e-7"
+        );
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The scene seam's rays: both implementations against a brute-force oracle and each other.
 
-use crate::harness::{Random, gpu, ray_query_gpu, read, storage, submit};
+use crate::harness::{Random, assert_each, gpu, ray_query_gpu, read, storage, submit};
 use crate::texture_oracle;
 use glam::{Affine2, Affine3A, DVec3, Vec2, Vec3, Vec4};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
@@ -145,16 +145,27 @@ fn agrees_with_brute_force(source: RaySource) {
             n_doubtful += 1;
             continue;
         }
-        assert_eq!(blocked == 1, expected.is_some(), "any_hit of {ray:?}");
-        assert_eq!(hit.triangle != NONE, expected.is_some(), "nearest_hit of {ray:?}: {hit:?}");
+        assert_eq!(blocked == 1, expected.is_some(), "whether any_hit of {ray:?} finds one");
+        assert_eq!(
+            hit.triangle != NONE,
+            expected.is_some(),
+            "whether nearest_hit of {ray:?} finds one: {hit:?}"
+        );
         if let Some(t) = expected {
             n_hits += 1;
             let error = (f64::from(hit.t) - t).abs();
-            assert!(error < 2e-5 + 1e-5 * t, "{ray:?}: {hit:?}, expected t = {t}");
+            assert!(
+                error < 2e-5 + 1e-5 * t,
+                "{ray:?}: the nearest hit is {hit:?}, expected t = {t} within {:.1e}",
+                2e-5 + 1e-5 * t
+            );
         }
     }
     println!("{n_hits} hits of {} rays, {n_doubtful} too close to an edge", rays.len());
-    assert!(n_hits > 5000 && n_doubtful < 1000, "{n_hits} hits, {n_doubtful} doubtful");
+    assert!(
+        n_hits > 5000 && n_doubtful < 1000,
+        "{n_hits} hits and {n_doubtful} doubtful rays, expected above 5000 and below 1000"
+    );
 }
 
 #[test]
@@ -191,8 +202,11 @@ fn ray_query_agrees_with_software_on_a_million_rays() {
     let any_differ =
         any(&software, &rays).iter().zip(&any(&hardware, &rays)).filter(|(a, b)| a != b).count();
     println!("{hits} hits; nearest hits differ: {nearest_differ}, any hits: {any_differ}");
-    assert!(hits > 100_000, "{hits} hits");
-    assert!(nearest_differ <= 100 && any_differ <= 100, "{nearest_differ}, {any_differ}");
+    assert!(hits > 100_000, "{hits} of {} rays hit, expected above 100 000", rays.len());
+    assert!(
+        nearest_differ <= 100 && any_differ <= 100,
+        "by ray query and by software {nearest_differ} nearest and {any_differ} any hits differ, expected at most 100 of each"
+    );
 }
 
 /// Triangles with and without masks, one mesh a material.
@@ -302,12 +316,20 @@ fn masks_agree_with_brute_force(source: RaySource) {
             continue;
         }
         most_layers = most_layers.max(layers);
-        assert_eq!(hit.triangle != NONE, expected.is_some(), "nearest_hit of {ray:?}: {hit:?}");
-        assert_eq!(blocked == 1, expected.is_some(), "any_hit of {ray:?}");
+        assert_eq!(
+            hit.triangle != NONE,
+            expected.is_some(),
+            "whether nearest_hit of {ray:?} finds one: {hit:?}"
+        );
+        assert_eq!(blocked == 1, expected.is_some(), "whether any_hit of {ray:?} finds one");
         if let Some(t) = expected {
             n_hits += 1;
             let error = (f64::from(hit.t) - t).abs();
-            assert!(error < 2e-5 + 1e-5 * t, "{ray:?}: {hit:?}, expected t = {t}");
+            assert!(
+                error < 2e-5 + 1e-5 * t,
+                "{ray:?}: the nearest hit is {hit:?}, expected t = {t} within {:.1e}",
+                2e-5 + 1e-5 * t
+            );
         } else {
             n_misses += usize::from(layers > 0);
         }
@@ -315,7 +337,10 @@ fn masks_agree_with_brute_force(source: RaySource) {
     println!(
         "{n_hits} hits, {n_misses} rays through cut-away layers only, {n_doubtful} doubtful, {most_layers} layers at most"
     );
-    assert!(n_hits > 5000 && n_misses > 1000 && n_doubtful < 4000 && most_layers >= 8);
+    assert!(
+        n_hits > 5000 && n_misses > 1000 && n_doubtful < 4000 && most_layers >= 8,
+        "{n_hits} hits, {n_misses} misses through layers, {n_doubtful} doubtful rays and at most {most_layers} layers, expected above 5000, above 1000, below 4000 and at least 8"
+    );
 }
 
 #[test]
@@ -352,7 +377,10 @@ fn ray_query_and_software_agree_on_masks() {
         any(&software, &rays).iter().zip(&any(&hardware, &rays)).filter(|(a, b)| a != b).count();
     println!("nearest hits differ: {differ}, any hits: {any_differ}");
     // The masks' edges are where rounding decides, too: 1e-5 of a barycentric range a texel edge.
-    assert!(differ <= 100 && any_differ <= 100, "{differ}, {any_differ}");
+    assert!(
+        differ <= 100 && any_differ <= 100,
+        "by ray query and by software {differ} nearest and {any_differ} any hits differ on masks, expected at most 100 of each"
+    );
 }
 
 /// A triangle that fills x, y ∈ [−1, 1] (and more) at this z, whose front looks towards −Z or +Z.
@@ -369,21 +397,38 @@ fn small_scenes(source: RaySource) {
     for n in 0..=4usize {
         let triangles: Vec<_> = (0..n).map(|k| wall(1.0 + k as f32)).collect();
         let scene = on_gpu(&soup(&triangles), source);
-        assert_eq!(scene.n_triangles() as usize, n);
+        assert_eq!(scene.n_triangles() as usize, n, "triangles of the scene");
         let rays: Vec<_> =
             (0..=n).map(|k| ray([0.0, 0.0, 0.5 + k as f32], [0.0, 0.0, 1.0])).collect();
         let (hits, blocked) = (nearest(&scene, &rays), any(&scene, &rays));
         for (k, (hit, &blocked)) in hits.iter().zip(&blocked).enumerate() {
             let is_hit = k < n;
-            assert_eq!(hit.triangle != NONE, is_hit, "{n} triangles, ray {k}: {hit:?}");
-            assert_eq!(blocked == 1, is_hit, "{n} triangles, ray {k}");
+            assert_eq!(
+                hit.triangle != NONE,
+                is_hit,
+                "{n} triangles: whether ray {k} has a nearest hit: {hit:?}"
+            );
+            assert_eq!(blocked == 1, is_hit, "{n} triangles: whether ray {k} has any hit");
             // All coordinates are exact in f32, and so is the quotient.
-            assert!(!is_hit || hit.t == 0.5, "{n} triangles, ray {k}: {hit:?}");
+            assert!(
+                !is_hit || hit.t == 0.5,
+                "{n} triangles: the nearest hit of ray {k} is {hit:?}, expected t = 0.5"
+            );
         }
         let away = random_rays(100, 9).into_iter().map(|r| Ray { direction: Vec3::NEG_Z, ..r });
         let away: Vec<_> = away.map(|r| Ray { origin: r.origin.with_z(0.5), ..r }).collect();
-        assert!(nearest(&scene, &away).iter().all(|hit| hit.triangle == NONE));
-        assert!(any(&scene, &away).iter().all(|&blocked| blocked == 0));
+        assert_each(
+            &format!("{n} triangles: nearest hits of rays away from them"),
+            &nearest(&scene, &away),
+            "none",
+            |hit| hit.triangle == NONE,
+        );
+        assert_each(
+            &format!("{n} triangles: any hits of rays away from them"),
+            &any(&scene, &away),
+            "0",
+            |&blocked| blocked == 0,
+        );
     }
 }
 
@@ -407,7 +452,11 @@ fn degenerate_input(source: RaySource) {
     let triangles =
         vec![wall(4.0), wall(4.0), wall(8.0), flat(2.0), point, [Vec3::splat(f32::NAN); 3]];
     let scene = on_gpu(&soup(&triangles), source);
-    assert_eq!((scene.n_triangles(), scene.skipped_triangles()), (3, 3));
+    assert_eq!(
+        (scene.n_triangles(), scene.skipped_triangles()),
+        (3, 3),
+        "triangles kept and skipped"
+    );
     let along = ray([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
     let back = ray([0.25, 0.25, 16.0], [0.0, 0.0, -1.0]);
     let up = f32::next_up;
@@ -448,7 +497,7 @@ fn degenerate_input(source: RaySource) {
             failures.push(format!("{what}: {hit:?}, any {blocked}, expected {expected:?}"));
         }
     }
-    assert!(failures.is_empty(), "{failures:#?}");
+    assert!(failures.is_empty(), "hits of degenerate input: {failures:#?}");
 
     // Far away and huge: 1e6 m off, and 1e9 m across.
     for (center, size) in [(1e6f32, 4.0f32), (0.0, 1e9)] {
@@ -462,9 +511,21 @@ fn degenerate_input(source: RaySource) {
             ray([center - 2.0 * size, center, z], [0.0, 0.0, 1.0]),
         ];
         let hits = nearest(&scene, &rays);
-        assert!((hits[0].t - size).abs() <= 1e-6 * size, "{center} {size}: {:?}", hits[0]);
-        assert!(hits[1].triangle == NONE && hits[2].triangle == NONE, "{hits:?}");
-        assert_eq!(any(&scene, &rays), [1, 0, 0]);
+        assert!(
+            (hits[0].t - size).abs() <= 1e-6 * size,
+            "triangle of {size} m at {center} m: the nearest hit is {:?}, expected t = {size} within 1e-6 of it",
+            hits[0]
+        );
+        assert!(
+            hits[1].triangle == NONE && hits[2].triangle == NONE,
+            "triangle of {size} m at {center} m: rays away from and beside it hit {:?}, expected none",
+            &hits[1..]
+        );
+        assert_eq!(
+            any(&scene, &rays),
+            [1, 0, 0],
+            "triangle of {size} m at {center} m: any hits of rays to, away from and beside it"
+        );
     }
 }
 
@@ -505,8 +566,16 @@ fn nan_rays_do_not_hang() {
         }
     }
     let (hits, blocked) = (nearest(&scene, &rays), any(&scene, &rays));
-    assert!(hits.iter().all(|hit| hit.triangle == NONE || hit.triangle < scene.n_triangles()));
-    assert!(blocked.iter().all(|&blocked| blocked <= 1));
-    assert!(hits.iter().skip(4).step_by(5).all(|hit| hit.t == 1.0));
-    assert!(blocked.iter().skip(4).step_by(5).all(|&blocked| blocked == 1));
+    let n = scene.n_triangles();
+    assert_each("nearest hits", &hits, &format!("none or of the {n} triangles"), |hit| {
+        hit.triangle == NONE || hit.triangle < n
+    });
+    assert_each("any hits", &blocked, "0 or 1", |&blocked| blocked <= 1);
+    let beside = "hits of the good ray beside bad ones";
+    assert_each(&format!("nearest {beside}"), hits.iter().skip(4).step_by(5), "at t = 1", |hit| {
+        hit.t == 1.0
+    });
+    assert_each(&format!("any {beside}"), blocked.iter().skip(4).step_by(5), "1", |&blocked| {
+        blocked == 1
+    });
 }

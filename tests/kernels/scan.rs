@@ -13,6 +13,21 @@ fn scanned(numbers: &[u32], n: u32) -> Vec<u32> {
     bytemuck::cast_slice(&read(&buffer)[..4 * numbers.len()]).to_vec()
 }
 
+/// Fails with the first sum that differs.
+fn assert_scanned(numbers: &[u32], n: u32, expected: &[u32]) {
+    let found = scanned(numbers, n);
+    let differ = |ix: &usize| found[*ix] != expected[*ix];
+    if let Some(ix) = (0..expected.len()).find(differ) {
+        let n_differ = (0..expected.len()).filter(differ).count();
+        panic!(
+            "sums of {n} numbers: {n_differ} of {} are wrong, the first is sum {ix}: {}, expected {}",
+            expected.len(),
+            found[ix],
+            expected[ix]
+        );
+    }
+}
+
 /// All lengths around those of runs, workgroups, blocks and levels; numbers after the end stay.
 #[test]
 fn scan_equals_the_cpu() {
@@ -27,7 +42,7 @@ fn scan_equals_the_cpu() {
         for number in &mut expected[..n] {
             (sum, *number) = (sum + *number, sum);
         }
-        assert!(scanned(&numbers, n as u32) == expected, "{n} numbers");
+        assert_scanned(&numbers, n as u32, &expected);
     }
 }
 
@@ -42,7 +57,7 @@ fn scan_of_sixteen_million() {
     for number in &mut expected {
         (sum, *number) = (sum + *number, sum);
     }
-    assert!(scanned(&numbers, n as u32) == expected);
+    assert_scanned(&numbers, n as u32, &expected);
 }
 
 /// Sums that would pass 2³² stay at 2³² − 1.
@@ -54,6 +69,6 @@ fn scan_saturates() {
     for number in &mut expected {
         (sum, *number) = (sum.saturating_add(*number), sum);
     }
-    assert_eq!(*expected.last().unwrap(), u32::MAX);
-    assert!(scanned(&numbers, 5000) == expected);
+    assert_eq!(*expected.last().unwrap(), u32::MAX, "the last sum on the CPU saturates");
+    assert_scanned(&numbers, 5000, &expected);
 }

@@ -166,7 +166,7 @@ where
             // 8 roundings a band where each operation is rounded (1e-6); GPUs fuse and divide to 2.5 ulp, and double it.
             assert!(
                 error < 2e-6,
-                "{name}: Y({l}, {m}) of {input:?} is {}, expected {expected}",
+                "{name}: Y({l}, {m}) of {input:?} is {}, expected {expected} within 2e-6 of the band's largest",
                 output[ix]
             );
             worst[l] = worst[l].max(error);
@@ -207,10 +207,14 @@ fn single_functions_equal_the_definition() {
     let table = bands(64);
     for (input, output) in inputs.iter().zip(&outputs) {
         let (l, m) = table[input[3] as usize];
-        assert_eq!(output[1] as usize, l, "band of {}", input[3]);
+        assert_eq!(output[1] as usize, l, "band of function {}", input[3]);
         let expected = y(l, m, vector(*input));
         let error = (f64::from(output[0]) - expected).abs() / band_max(l);
-        assert!(error < 1e-6, "Y({l}, {m}) of {input:?} is {}, expected {expected}", output[0]);
+        assert!(
+            error < 1e-6,
+            "Y({l}, {m}) of {input:?} is {}, expected {expected} within 1e-6 of the band's largest",
+            output[0]
+        );
     }
 }
 
@@ -230,7 +234,11 @@ fn basis_is_orthonormal() {
                 .map(|((_, w), y)| w * f64::from(y[i]) * f64::from(y[j]))
                 .sum();
             let error = (product - f64::from(u8::from(i == j))).abs();
-            assert!(error < 1.5e-5, "⟨Y{i}, Y{j}⟩ = {product}");
+            assert!(
+                error < 1.5e-5,
+                "⟨Y{i}, Y{j}⟩ is {product}, expected {} within 1.5e-5",
+                u8::from(i == j)
+            );
             worst = worst.max(error);
         }
     }
@@ -275,7 +283,8 @@ fn evaluation_is_the_sum() {
             let error = (vector(*output) - expected).abs().max_element();
             assert!(
                 error < tolerance * magnitude(input),
-                "{name} at {direction}: {output:?}, expected {expected}"
+                "{name} at {direction} is {output:?}, expected {expected} within {:.1e}",
+                tolerance * magnitude(input)
             );
         }
     }
@@ -324,7 +333,7 @@ fn accumulation_adds_the_weighted_basis() {
                 let tolerance = 2e-6 + 6e-8 * expected.abs().max_element();
                 assert!(
                     error < tolerance,
-                    "{name} {ix} of {input:?}: {:?}, expected {expected}",
+                    "{name} of {input:?}: coefficient {ix} is {:?}, expected {expected} within {tolerance:.1e}",
                     output[ix]
                 );
             }
@@ -378,7 +387,7 @@ fn projection_gives_the_coefficients_back() {
                 let error = (vector(output[ix]) - vector(input[ix])).abs().max_element();
                 assert!(
                     error < 4e-5,
-                    "order {order}, {ix}: {:?} became {:?}",
+                    "order {order}: coefficient {ix} is {:?} and comes back as {:?}, expected within 4e-5",
                     input[ix],
                     output[ix]
                 );
@@ -451,7 +460,12 @@ fn order_seven_is_right() {
         let (d, seed) = (vector(*input), input[3].to_bits());
         let c = hashed(seed);
         let error = (vector(*value) - evaluate(&c, d)).abs().max_element() / magnitude(&c);
-        assert!(error < 1e-6 + 65.0 * 6e-8, "{input:?}: {value:?}, expected {}", evaluate(&c, d));
+        assert!(
+            error < 1e-6 + 65.0 * 6e-8,
+            "sh_evaluate of {input:?} is {value:?}, expected {}: off by {error:.1e} of the magnitude, expected below {:.1e}",
+            evaluate(&c, d),
+            1e-6 + 65.0 * 6e-8
+        );
         worst = worst.max(error);
         let ix = (seed % 64) as usize;
         let (l, m) = bands(64)[ix];
@@ -459,11 +473,15 @@ fn order_seven_is_right() {
         let error = (vector(*accumulated) - expected).abs().max_element();
         assert!(
             error < 2.0 * 1e-6 * band_max(l) + 3e-7,
-            "{ix} of {input:?}: {accumulated:?}, expected {expected}"
+            "coefficient {ix} of {input:?} is accumulated to {accumulated:?}, expected {expected} within {:.1e}",
+            2.0 * 1e-6 * band_max(l) + 3e-7
         );
         let expected = vector(c[ix]) * factors[l];
         let error = (vector(*convolved) - expected).abs().max_element();
-        assert!(error < 5e-7, "{ix}: {convolved:?}, expected {expected}");
+        assert!(
+            error < 5e-7,
+            "coefficient {ix} of {input:?} is convolved to {convolved:?}, expected {expected} within 5e-7"
+        );
     }
     eprintln!("sh_evaluate: worst relative error {worst:e}");
 }
@@ -505,7 +523,11 @@ fn projection_of_order_seven_gives_the_coefficients_back() {
                 .map(|(((_, w), value), y)| vector(*value) * f64::from(y[ix]) * *w)
                 .sum();
             let error = (sum - vector(function[ix])).abs().max_element();
-            assert!(error < 6e-5, "{ix}: {sum}, expected {:?}", function[ix]);
+            assert!(
+                error < 6e-5,
+                "function {seed}: coefficient {ix} is projected to {sum}, expected {:?} within 6e-5",
+                function[ix]
+            );
         }
     }
 }
@@ -535,7 +557,7 @@ fn cosine_factors_are_the_lobe_s_integrals() {
         let expected = cosine_factors()[l];
         assert!(
             (f64::from(factor) - expected).abs() < 2e-7,
-            "A({l}) = {factor}, expected {expected}"
+            "A({l}) is {factor}, expected {expected} within 2e-7"
         );
     }
 }
@@ -560,7 +582,11 @@ fn convolution_scales_each_band() {
             for ix in 0..N {
                 let expected = vector(input[ix]) * factors[table[ix].0];
                 let error = (vector(output[ix]) - expected).abs().max_element();
-                assert!(error < 5e-7, "{name} {ix}: {:?}, expected {expected}", output[ix]);
+                assert!(
+                    error < 5e-7,
+                    "{name} of {input:?}: coefficient {ix} is {:?}, expected {expected} within 5e-7",
+                    output[ix]
+                );
             }
         }
     }
@@ -688,7 +714,11 @@ fn irradiance_is_the_integral_over_the_hemisphere() {
                 evaluate(&c, n)
             };
             let error = (vector(*output) - expected).abs().max_element() / magnitude(input);
-            assert!(error < 2e-6 * PI, "{path} of {input:?}: {output:?}, expected {expected}");
+            assert!(
+                error < 2e-6 * PI,
+                "{path} of {input:?} is {output:?}, expected {expected}: off by {error:.1e} of the magnitude, expected below {:.1e}",
+                2e-6 * PI
+            );
             worst = worst.max(error);
         }
         eprintln!("{path}: worst relative error {worst:e}");
@@ -726,8 +756,14 @@ fn irradiance_of_one_light_has_the_stated_error() {
     }
     let first = worst::<4>("convolve::sh1_irradiance");
     let second = worst::<9>("convolve::sh2_irradiance");
-    assert!((0.24..0.2501).contains(&first), "{first}");
-    assert!((0.092..0.0939).contains(&second), "{second}");
+    assert!(
+        (0.24..0.2501).contains(&first),
+        "the largest error of order 1's irradiance of one light is {first}, expected 0.24 to 0.2501"
+    );
+    assert!(
+        (0.092..0.0939).contains(&second),
+        "the largest error of order 2's irradiance of one light is {second}, expected 0.092 to 0.0939"
+    );
 }
 
 /// Random rotations, the identity, quarter turns, and reflections (every fifth).
@@ -798,7 +834,10 @@ fn rotation_moves_the_function() {
                 let d = random.direction().as_dvec3().normalize();
                 let error = (evaluate(output, *r * d) - evaluate(input, d)).abs().max_element()
                     / magnitude(input);
-                assert!(error < 1e-6, "order {order}, {r}, {d}: {error:e}");
+                assert!(
+                    error < 1e-6,
+                    "order {order}: the function turned by {r} is off at {d} by {error:e} of the magnitude, expected below 1e-6"
+                );
                 worst = worst.max(error);
             }
             // Power stays in its band.
@@ -811,13 +850,18 @@ fn rotation_moves_the_function() {
                 };
                 assert!(
                     (power(output) - power(input)).abs() < 5e-6 * power(input),
-                    "band {l}, {r}"
+                    "order {order}: the power of band {l} turned by {r} is {}, expected {} within 5e-6 of it",
+                    power(output),
+                    power(input)
                 );
             }
         }
         // The identity is exact but for a rounding or two.
-        for (before, after) in inputs[0].iter().zip(&outputs[0]) {
-            assert!((vector(*before) - vector(*after)).abs().max_element() < 5e-7);
+        for (ix, (before, after)) in inputs[0].iter().zip(&outputs[0]).enumerate() {
+            assert!(
+                (vector(*before) - vector(*after)).abs().max_element() < 5e-7,
+                "order {order}: coefficient {ix} is {before:?} and turned by nothing {after:?}, expected within 5e-7"
+            );
         }
         eprintln!("sh{order}_rotate: worst relative error {worst:e}");
     }
@@ -862,7 +906,7 @@ fn zonal_functions_turn_to_any_axis() {
                 coefficients.iter().zip(all_y(9, d)).map(|(&c, y)| f64::from(c) * y).sum();
             assert!(
                 (value - expected).abs() < 4e-6,
-                "order {order}, {input:?} at {d}: {value}, expected {expected}"
+                "order {order}: the zonal function {zonal:?} about {axis} is {value} at {d}, expected {expected} within 4e-6"
             );
         }
     }
@@ -907,14 +951,15 @@ fn windows_follow_their_formulas() {
         let of_lanczos = if l == 0.0 { 0.0 } else { trigonometric / x };
         let tolerances = [trigonometric, of_lanczos, 0.0].map(|more| 2e-6 + more);
         let values = output.iter().zip([hann, lanczos, laplacian]).zip(tolerances);
-        for ((value, expected), tolerance) in values {
+        let names = ["Hann", "Lanczos", "Laplacian"];
+        for (name, ((value, expected), tolerance)) in names.iter().zip(values) {
             assert!(
                 (f64::from(*value) - expected).abs() < tolerance,
-                "{input:?}: {output:?}, expected {expected}"
+                "{name}'s window of band {l}, width {w}, is {value}, expected {expected} within {tolerance:.1e}"
             );
         }
         if l == 0.0 {
-            assert_eq!(*output, [1.0; 3], "the mean is kept, width {w}");
+            assert_eq!(*output, [1.0; 3], "windows of band 0, width {w}: the mean is kept");
         }
     }
 }
@@ -946,7 +991,7 @@ fn windows_scale_each_band() {
             for (ix, (l, _)) in bands(N).into_iter().enumerate() {
                 let factor = input[l][3];
                 let expected = [0, 1, 2].map(|axis| input[ix][axis] * factor);
-                assert_eq!(output[ix][..3], expected, "{ix}");
+                assert_eq!(output[ix][..3], expected, "{call}: coefficient {ix} times {factor}");
             }
         }
     }
@@ -1007,8 +1052,9 @@ fn dominant_light_is_found() {
             let error = (vector(*direction) - sum.normalize()).length();
             assert!(
                 error < 1e-6 * total / sum.length(),
-                "{pair:?}: {direction:?}, expected {}",
-                sum.normalize()
+                "dominant direction of {pair:?} is {direction:?}, expected {} within {:.1e}",
+                sum.normalize(),
+                1e-6 * total / sum.length()
             );
         }
         // Least squares: the fit's residual is orthogonal to the light's projection.
@@ -1018,15 +1064,23 @@ fn dominant_light_is_found() {
                 basis.iter().zip(input).map(|(&y, &c)| (vector(c) - vector(light) * y) * y).sum();
             assert!(
                 residual.abs().max_element() < 5e-6,
-                "{pair:?}: {light:?}, residual {residual}"
+                "{n} coefficients, light of {pair:?} is {light:?}, the fit's residual {residual}, expected below 5e-6"
             );
             if pair[1].1 == DVec3::ZERO {
                 let error = (vector(light) - pair[0].1).abs().max_element();
-                assert!(error < 1e-5, "{pair:?}: {light:?}");
+                assert!(
+                    error < 1e-5,
+                    "{n} coefficients, light of {pair:?} is {light:?}, expected {} within 1e-5",
+                    pair[0].1
+                );
             }
         }
     }
     let dark = outputs.last().expect("not empty");
-    assert_eq!(dark[..2], [[3.0, 4.0, 5.0, 0.0]; 2]);
-    assert_eq!(dark[2..], [[0.0; 4]; 2]);
+    assert_eq!(
+        dark[..2],
+        [[3.0, 4.0, 5.0, 0.0]; 2],
+        "dominant directions without light, expected the fallback"
+    );
+    assert_eq!(dark[2..], [[0.0; 4]; 2], "directional lights without light");
 }

@@ -71,7 +71,10 @@ fn levels_are_those_of_the_longer_side() {
     for (input, [found]) in inputs.iter().zip(found) {
         let [a, b, c, d] = input.map(f64::from);
         let expected = DVec2::new(a, b).length().max(DVec2::new(c, d).length()).log2().max(0.0);
-        assert!((f64::from(found) - expected).abs() < 1e-5, "{input:?}: {found} for {expected}");
+        assert!(
+            (f64::from(found) - expected).abs() < 1e-5,
+            "level of the footprint {input:?} is {found}, expected {expected} within 1e-5"
+        );
     }
 }
 
@@ -94,10 +97,17 @@ fn mips_around_a_level_sum_to_it() {
     for (&level, found) in inputs.iter().zip(found) {
         let [first, fine, coarse, _] = found.map(f64::from);
         let level = f64::from(level).min(32.0);
-        assert!(fine >= 0.0 && coarse >= 0.0 && fine + coarse == 1.0, "{level}: {found:?}");
-        assert_eq!(first, level.floor().min(31.0));
+        assert!(
+            fine >= 0.0 && coarse >= 0.0 && fine + coarse == 1.0,
+            "weights of mips at level {level} are {fine} and {coarse}, expected at least 0 and a sum of 1"
+        );
+        assert_eq!(first, level.floor().min(31.0), "the finer mip at level {level}");
         // 1 − share rounds by 2⁻²⁵.
-        assert!((first + coarse - level).abs() <= 3e-8, "{level}: {found:?}");
+        assert!(
+            (first + coarse - level).abs() <= 3e-8,
+            "mean of mips at level {level} is {}, expected the level within 3e-8",
+            first + coarse
+        );
     }
 }
 
@@ -135,10 +145,16 @@ fn footprints_are_squares_on_the_triangle() {
         let bound = 60.0 * 6e-8 * width / (sine * sine);
         let expected = to_b.normalize() * width;
         let beside = to_b.cross(to_c).cross(to_b).normalize() * width;
-        assert!((along - expected).length() < bound, "{b} {c}: {along} for {expected}");
-        assert!((across - beside).length() < bound, "{b} {c}: {across} for {beside}");
+        assert!(
+            (along - expected).length() < bound,
+            "edges {b}, {c}: the step along the first is {along}, expected {expected} within {bound:.1e}"
+        );
+        assert!(
+            (across - beside).length() < bound,
+            "edges {b}, {c}: the step across the first is {across}, expected {beside} within {bound:.1e}"
+        );
     }
-    assert_eq!(found[5000..], [Vec4::ZERO; 2], "without area");
+    assert_eq!(found[5000..], [Vec4::ZERO; 2], "footprints of triangles without area");
 }
 
 /// Against f64: the frame is made orthogonal, mirrored or not; without a usable tangent only z counts.
@@ -185,12 +201,19 @@ fn normal_maps_follow_the_frame() {
         let error = (found.truncate().as_dvec3() - sum.normalize()).length();
         assert!(
             error < 40.0 * 6e-8 * (1.0 / sine + 1.0 / sum.length()),
-            "{texel} {normal} {tangent}: {error}"
+            "texel {texel}, normal {normal}, tangent {tangent}: the normal is {}, expected {} within {:.1e}",
+            found.truncate(),
+            sum.normalize(),
+            40.0 * 6e-8 * (1.0 / sine + 1.0 / sum.length())
         );
     }
     let tail: Vec<_> = found[5000..].iter().map(|v| v.truncate()).collect();
-    for (found, expected) in tail.iter().zip([Vec3::Y, Vec3::Y, Vec3::X]) {
-        assert!((*found - expected).length() < 1e-6, "{tail:?}");
+    let cases = ["flat map", "no tangent", "45° along the tangent"];
+    for ((found, expected), what) in tail.iter().zip([Vec3::Y, Vec3::Y, Vec3::X]).zip(cases) {
+        assert!(
+            (*found - expected).length() < 1e-6,
+            "{what}: the normal is {found}, expected {expected} within 1e-6"
+        );
     }
 }
 
@@ -251,9 +274,17 @@ fn equirectangular_maps_are_read_bilinearly() {
         if d.x == 0.0 && d.z == 0.0 {
             // Of the poles' u the module states nothing: some u gives the colour, to the step between those tried.
             let least = (0..5000).map(|k| error(f64::from(k) / 5000.0)).fold(f64::MAX, f64::min);
-            assert!(least < 5e-3, "{input}: {found} is of no u");
+            assert!(
+                least < 5e-3,
+                "colour at the pole {input} is {found}, off by {least} from that of the nearest u, expected below 5e-3"
+            );
             continue;
         }
-        assert!(error(u) < 4e-4, "{input}: {found} for {}", read(u));
+        assert!(
+            error(u) < 4e-4,
+            "colour towards {input} is {}, expected {} within 4e-4",
+            found.truncate(),
+            read(u)
+        );
     }
 }

@@ -50,7 +50,7 @@ fn only_cells_of_the_grid_are_inside() {
     );
     for ([cell, size], [found]) in inputs.iter().zip(found) {
         let expected = (0..3).all(|axis| (0..size[axis]).contains(&cell[axis]));
-        assert_eq!(found == 1, expected, "{cell:?} in {size:?}");
+        assert_eq!(found == 1, expected, "whether cell {cell:?} is inside a grid of {size:?}");
     }
 }
 
@@ -81,10 +81,19 @@ fn bricks_number_every_cell_once() {
         let mut seen = BTreeMap::new();
         for (input, output) in cells.iter().zip(map::<Cell, [u32; 8]>(&wgsl, &cells)) {
             let [x, y, z, brick, ux, uy, uz, bit] = output;
-            assert_eq!([x, y, z], input.cell);
-            assert_eq!([ux, uy, uz], input.cell);
-            assert!(brick < n_bricks && bit < 32, "{input:?}: brick {brick}, bit {bit}");
-            assert_eq!(seen.insert((brick, bit), input.cell), None);
+            assert_eq!([x, y, z], input.cell, "grid of {size}: cell of brick {brick}, bit {bit}");
+            assert_eq!([ux, uy, uz], input.cell, "grid of {size}: cell, packed and unpacked");
+            assert!(
+                brick < n_bricks && bit < 32,
+                "grid of {size}: cell {:?} has brick {brick} and bit {bit}, expected below {n_bricks} and 32",
+                input.cell
+            );
+            assert_eq!(
+                seen.insert((brick, bit), input.cell),
+                None,
+                "grid of {size}: brick {brick}, bit {bit} is of cell {:?}, and of another one",
+                input.cell
+            );
         }
     }
 }
@@ -112,7 +121,7 @@ fn slots_are_ranks() {
         } else {
             first + (0..bit).filter(|&b| word >> b & 1 == 1).count() as u32
         };
-        assert_eq!(slot, expected, "word {word:#x}, first {first}, bit {bit}");
+        assert_eq!(slot, expected, "slot of word {word:#x}, first {first}, bit {bit}");
     }
 }
 
@@ -143,13 +152,22 @@ fn taps_interpolate_linear_functions() {
             let cell =
                 IVec3::new(words[4 * k] as i32, words[4 * k + 1] as i32, words[4 * k + 2] as i32);
             let weight = f64::from(f32::from_bits(words[32 + k]));
-            assert!((0.0..=1.0).contains(&weight));
+            assert!(
+                (0.0..=1.0).contains(&weight),
+                "{point:?}: the weight of tap {k} is {weight}, expected 0 to 1"
+            );
             sum += weight;
             mean += weight * (cell.as_dvec3() + 0.5);
         }
         let at = Vec3::from_slice(&point[..3]).as_dvec3();
-        assert!((sum - 1.0).abs() < 1e-6, "{point:?}: {sum}");
-        assert!((mean - at).abs().max_element() < 1e-4, "{point:?}: {mean}");
+        assert!(
+            (sum - 1.0).abs() < 1e-6,
+            "{point:?}: the taps' weights sum to {sum}, expected 1 within 1e-6"
+        );
+        assert!(
+            (mean - at).abs().max_element() < 1e-4,
+            "{point:?}: the taps' weighted mean is {mean}, expected {at} within 1e-4"
+        );
     }
 }
 
@@ -185,10 +203,18 @@ fn faces_and_their_weights() {
         for axis in 0..3 {
             let mut expected = [0.0, 0.0, 0.0, axis as f32];
             expected[axis] = if normal[axis] < 0.0 { -1.0 } else { 1.0 };
-            assert_eq!(out[4 * axis..4 * axis + 4], expected, "{normal:?}");
-            assert_eq!(out[12 + axis], normal[axis] * normal[axis]);
+            assert_eq!(
+                out[4 * axis..4 * axis + 4],
+                expected,
+                "direction {normal:?}: normal of the face of axis {axis}, and the axis"
+            );
+            assert_eq!(
+                out[12 + axis],
+                normal[axis] * normal[axis],
+                "direction {normal:?}: weight of the face of axis {axis}"
+            );
         }
-        assert_eq!(out[15], 1.0);
+        assert_eq!(out[15], 1.0, "direction {normal:?}: weight of the only face");
     }
 }
 
@@ -281,8 +307,19 @@ fn renewal_is_a_weighted_mean() {
         let hits = fade * f(input.n_hits) + f(input.new_hits);
         let within =
             |got: f32, want: f64, tolerance: f64| (f(got) - want).abs() <= tolerance * want.abs();
-        assert!(within(out[3], hits, 5e-7) && within(out[7], rays, 5e-7), "{input:?}\n{out:?}");
-        assert!(f(out[7]) <= f(input.max_rays).max(f(input.new_rays)) * (1.0 + 5e-7));
+        assert!(
+            within(out[3], hits, 5e-7) && within(out[7], rays, 5e-7),
+            "{input:?}: hits and rays are {} and {}, expected {hits} and {rays} within 5e-7 of them",
+            out[3],
+            out[7]
+        );
+        assert!(
+            f(out[7]) <= f(input.max_rays).max(f(input.new_rays)) * (1.0 + 5e-7),
+            "{input:?}: rays are {}, expected at most the larger of {} and {}",
+            out[7],
+            input.max_rays,
+            input.new_rays
+        );
         let mean = |old: f32, new: f32| {
             if hits > 0.0 { (f(old) * fade * f(input.n_hits) + f(new)) / hits } else { 0.0 }
         };
@@ -307,16 +344,43 @@ fn renewal_is_a_weighted_mean() {
             };
             // Where little is left of the old light, its weight is a difference of like numbers.
             let slack = 5e-7 * (f(old).abs() + expected.abs());
-            assert!((f(out[at]) - expected).abs() <= slack, "{expected}: {input:?}\n{out:?}");
+            assert!(
+                (f(out[at]) - expected).abs() <= slack,
+                "{input:?}: number {at} (direct 0 to 2, indirect 4 to 6, feedback 8 to 10) is {}, expected {expected} within {slack:.1e}",
+                out[at]
+            );
         }
         let half_step = 0.5001 / 255.0;
         let depth = mean(input.depth, input.new_depth);
-        assert!((f(out[11]) - depth).abs() <= half_step, "{depth}: {input:?}\n{out:?}");
+        assert!(
+            (f(out[11]) - depth).abs() <= half_step,
+            "{input:?}: depth is {}, expected {depth} within {half_step:.1e}",
+            out[11]
+        );
         let walls = mean(input.walls, input.new_wall_hits);
-        assert!((f(out[14]) - walls).abs() <= half_step, "{walls}: {input:?}\n{out:?}");
-        assert!(within(out[15], f(out[14]) * f(out[12]), 1e-6), "{input:?}\n{out:?}");
-        assert!(within(out[12], hits / rays, 1e-6), "{input:?}\n{out:?}");
-        assert_eq!(out[13], if hits > 0.0 { input.n_rejected } else { 0.0 }, "{input:?}");
+        assert!(
+            (f(out[14]) - walls).abs() <= half_step,
+            "{input:?}: the share of walls is {}, expected {walls} within {half_step:.1e}",
+            out[14]
+        );
+        assert!(
+            within(out[15], f(out[14]) * f(out[12]), 1e-6),
+            "{input:?}: coverage by walls is {}, expected the share {} of the coverage {} within 1e-6 of it",
+            out[15],
+            out[14],
+            out[12]
+        );
+        assert!(
+            within(out[12], hits / rays, 1e-6),
+            "{input:?}: coverage is {}, expected {} within 1e-6 of it",
+            out[12],
+            hits / rays
+        );
+        assert_eq!(
+            out[13],
+            if hits > 0.0 { input.n_rejected } else { 0.0 },
+            "{input:?}: whether samples are rejected"
+        );
     }
 }
 
@@ -385,19 +449,29 @@ fn deposits_are_averaged_since_the_light_changed() {
         let came: Vec<_> = input.means[since..].iter().filter(|mean| mean[3] > 0.0).collect();
         let before = if input.frames[since] == 1 { 0 } else { 5.min(input.frames[since] - 1) };
         let n = came.len() as u32 + before;
-        assert_eq!([out.n, out.n_kept], [n; 2], "{input:?}");
+        assert_eq!([out.n, out.n_kept], [n; 2], "{input:?}: number of deposits, and of kept ones");
         for k in 0..3 {
             let sum =
                 came.iter().map(|mean| f64::from(mean[k])).sum::<f64>() + 1e6 * f64::from(before);
             let mean = sum / f64::from(n.max(1));
             assert!(
                 (f64::from(out.direct[k]) - mean).abs() <= 24.0 * 6e-8 * mean.max(100.0),
-                "{input:?} {out:?}"
+                "{input:?}: direct light {k} is {}, expected {mean} within {:.1e}",
+                out.direct[k],
+                24.0 * 6e-8 * mean.max(100.0)
             );
         }
         // The depth is kept in steps of 1/255, and unpacked by a division: to 2.5 ulp on GPUs.
-        assert!((out.depth - 0.2).abs() <= 3.0 * f32::EPSILON * 0.2, "{}", out.depth);
-        assert_eq!((out.rejected, out.kept), (1, out.direct[0]));
+        assert!(
+            (out.depth - 0.2).abs() <= 3.0 * f32::EPSILON * 0.2,
+            "{input:?}: depth is {}, expected 0.2 within 3 units in the last place",
+            out.depth
+        );
+        assert_eq!(
+            (out.rejected, out.kept),
+            (1, out.direct[0]),
+            "{input:?}: whether samples are rejected, and the kept light"
+        );
     }
 }
 
@@ -498,12 +572,17 @@ fn lookups_keep_before_walls() {
                     if at - cell > sheet { point.max(cell + 1.0) } else { point.min(cell) }
                 }
             };
-            assert_eq!(out[axis], expected, "axis {axis}: {input:?}");
+            assert_eq!(out[axis], expected, "{input:?}: place of the look-up along axis {axis}");
         }
         for axis in 0..3 {
             let others = divided[(axis + 1) % 3] || divided[(axis + 2) % 3];
-            assert_eq!(out[4 + axis] < 1.0, others, "axis {axis}: {input:?}");
+            assert_eq!(
+                out[4 + axis] < 1.0,
+                others,
+                "{input:?}: whether the undivided part {} of axis {axis} is below 1",
+                out[4 + axis]
+            );
         }
     }
-    assert!(n_sheets > 10_000);
+    assert!(n_sheets > 10_000, "{n_sheets} sheets are compared, expected above 10 000");
 }

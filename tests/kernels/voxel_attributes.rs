@@ -111,14 +111,20 @@ fn clip_area_matches_f64() {
         let bound = 9.0 * 2.0 * 3f64.sqrt() * 4.0 * 6e-8 * size * 2.0 * half;
         let error = (area.truncate().as_dvec3() - expected).abs().max_element();
         worst = worst.max(error / bound);
-        assert!(error <= bound, "{input:?}: {area}, expected {expected}, bound {bound}");
+        assert!(
+            error <= bound,
+            "{input:?}: the part's area is {area}, expected {expected} within {bound:.1e}"
+        );
         let inside = (middle.truncate() - input.center).abs().max_element();
-        assert!(inside <= input.half * 1.001, "{input:?}: {middle}");
+        assert!(
+            inside <= input.half * 1.001,
+            "{input:?}: the part's middle is {middle}, {inside} from the cube's, expected at most 1.001 of half its side"
+        );
     }
     println!("clip: {n_parts} parts, at most {worst:.3} of the bound");
     assert!(
         n_parts > 10_000 && most_corners == 9,
-        "{n_parts} parts of at most {most_corners} corners"
+        "{n_parts} triangles have a part in their cube, expected above 10 000; the most corners of a part are {most_corners}, expected 9"
     );
 }
 
@@ -298,12 +304,17 @@ fn check(n_faces: u32) {
         let ix = ((cell.z * grid.size.y + cell.y) * grid.size.x + cell.x) as usize;
         for face in 0..n_faces as usize {
             let found = decode(records[slot * n_faces as usize + face]);
-            let what = format!("cell {cell}, face {face}: {found:?}");
+            let what = format!("{n_faces} faces, cell {cell}, face {face}");
             let own = expected.get(&(ix, face)).copied().unwrap_or_default();
             let other = expected.get(&(ix, face ^ 1)).copied().unwrap_or_default();
             let error = 4.0 * own.n as f64 * unit;
             let coverage = own.coverage.min(1.0);
-            assert!((found.coverage - coverage).abs() < error + 1e-5, "{what}, {coverage}");
+            assert!(
+                (found.coverage - coverage).abs() < error + 1e-5,
+                "{what}: coverage is {}, expected {coverage} within {:.1e}",
+                found.coverage,
+                error + 1e-5
+            );
             // Whether anything weighs at all may be a question of rounding.
             let back = own.n_shown == 0 && n_faces == 6;
             let sums = if back { other } else { own };
@@ -312,28 +323,56 @@ fn check(n_faces: u32) {
             }
             n_tight += 1;
             n_backs += usize::from(back);
-            assert!(found.valid, "{what}");
+            assert!(
+                found.valid,
+                "{what}: the record is not valid, of weight {}: {found:?}",
+                sums.weight
+            );
             let error = 4.0 * sums.n as f64 * unit / sums.weight;
             let albedo = sums.albedo / sums.weight;
             let bound = 0.5 / 1023.0 + 0.5 / 4095.0 + error + 1e-5;
-            assert!((found.albedo - albedo).abs().max_element() < bound, "{what}: {albedo}");
+            assert!(
+                (found.albedo - albedo).abs().max_element() < bound,
+                "{what}: albedo is {}, expected {albedo} within {bound:.1e}",
+                found.albedo
+            );
             let mean = sums.normal / sums.weight * if back { -1.0 } else { 1.0 };
             let bound = 0.5 / 2047.0 + 2.0 * error + 1e-5;
-            assert!((found.agreement - mean.length()).abs() < 2.0 * bound, "{what}: {mean}");
+            assert!(
+                (found.agreement - mean.length()).abs() < 2.0 * bound,
+                "{what}: agreement of normals is {}, expected {} within {:.1e}",
+                found.agreement,
+                mean.length(),
+                2.0 * bound
+            );
             let off = (found.normal - mean.normalize()).length();
             // √3 components; the record itself is good to 6.5e-5.
             assert!(
                 off < 1.8 * bound / (mean.length() - 2.0 * bound).max(1e-9) + 1e-4,
-                "{what}: {mean}"
+                "{what}: normal is {}, expected {} within {:.1e}",
+                found.normal,
+                mean.normalize(),
+                1.8 * bound / (mean.length() - 2.0 * bound).max(1e-9) + 1e-4
             );
             let emission = if back { DVec3::ZERO } else { sums.emission / sums.weight };
             let bound = emission.max_element() / 511.0 + 8.0 * error + 8.0 / 262_143.0 + 1e-5;
-            assert!((found.emission - emission).abs().max_element() < bound, "{what}: {emission}");
+            assert!(
+                (found.emission - emission).abs().max_element() < bound,
+                "{what}: emission is {}, expected {emission} within {bound:.1e}",
+                found.emission
+            );
         }
     }
     println!("{n_faces} faces: {} records, {n_tight} checked, {n_backs} backs", records.len());
-    assert!(n_tight > records.len() / 3, "{n_tight} of {}", records.len());
-    assert!(n_faces == 1 || n_backs > 1000, "{n_backs}");
+    assert!(
+        n_tight > records.len() / 3,
+        "{n_faces} faces: {n_tight} of {} records are checked, expected above a third",
+        records.len()
+    );
+    assert!(
+        n_faces == 1 || n_backs > 1000,
+        "{n_faces} faces: {n_backs} backs are checked, expected above 1000"
+    );
 }
 
 #[test]
@@ -357,12 +396,25 @@ fn voxel_records_do_not_depend_on_order() {
         attributes(&GpuScene::new(gpu(), &scene, lambert_options()).unwrap(), grid, scratch)
     };
     let first = run(&triangles, 128 << 20);
-    assert!(first.0.len() > 1000);
-    assert!(run(&triangles, 128 << 20) == first);
-    assert!(run(&triangles, 88 * 6 * 300) == first);
+    assert!(first.0.len() > 1000, "{} voxels, expected above 1000", first.0.len());
+    let is_same = |(cells, records): (Vec<UVec3>, Vec<UVec4>), how: &str| {
+        let n_records =
+            records.iter().zip(&first.1).filter(|(found, expected)| found != expected).count();
+        assert!(
+            (&cells, &records) == (&first.0, &first.1),
+            "{how}: {} cells (the same: {}) and {} records, of which {n_records} differ; expected {} and {} as in the first run",
+            cells.len(),
+            cells == first.0,
+            records.len(),
+            first.0.len(),
+            first.1.len()
+        );
+    };
+    is_same(run(&triangles, 128 << 20), "again");
+    is_same(run(&triangles, 88 * 6 * 300), "in ranges of few slots");
     // Whole groups of four turn, so every triangle keeps its material.
     let turned: Vec<_> = triangles.rchunks(4).flatten().copied().collect();
-    assert!(run(&turned, 128 << 20) == first);
+    is_same(run(&turned, 128 << 20), "triangles in another order");
 }
 
 fn quad(corners: [Vec3; 4], material: Material) -> Scene {
@@ -408,9 +460,12 @@ fn faces_reflect_as_their_material_does() {
         let scene = GpuScene::new(gpu(), &scene, GpuSceneOptions::default()).unwrap();
         let (_, records) = attributes(&scene, cells_of_a_metre(6), 128 << 20);
         let expected = crate::bsdf::hemispherical_albedo(base, metallic, roughness);
-        for record in records.chunks_exact(6) {
+        for (slot, record) in records.chunks_exact(6).enumerate() {
             let found = decode(record[2]).albedo;
-            assert!((found - expected).abs().max_element() <= 0.03, "{found} for {expected}");
+            assert!(
+                (found - expected).abs().max_element() <= 0.03,
+                "metallic {metallic}, roughness {roughness}, slot {slot}: albedo is {found}, expected {expected} within 0.03"
+            );
         }
     }
 }
@@ -429,29 +484,44 @@ fn one_sheet_has_two_faces() {
         let scene = GpuScene::new(gpu(), &scene, lambert_options()).unwrap();
         let (cells, records) = attributes(&scene, cells_of_a_metre(6), 128 << 20);
         for (slot, cell) in cells.iter().enumerate() {
-            assert_eq!(cell.y, 4);
+            assert_eq!(cell.y, 4, "height of the sheet's cell {cell}");
             let inside = (1..9).contains(&cell.x) && (1..9).contains(&cell.z);
             for face in 0..6 {
                 let found = decode(records[slot * 6 + face]);
-                let what = format!("{cell}, {face}: {found:?}");
+                let what = format!("double-sided: {double_sided}, cell {cell}, face {face}");
                 if face / 2 != 1 {
-                    assert!(!found.valid && found.coverage == 0.0, "{what}");
+                    assert!(
+                        !found.valid && found.coverage == 0.0,
+                        "{what}: the record beside the sheet is {found:?}, expected not valid, of coverage 0"
+                    );
                     continue;
                 }
                 let up = face == 2;
-                assert!(found.valid, "{what}");
-                assert_eq!(found.normal, if up { DVec3::Y } else { -DVec3::Y }, "{what}");
-                assert!((found.albedo - DVec3::new(0.5, 0.25, 1.0)).length() < 1e-3, "{what}");
-                assert_eq!(found.is_back, !up && !double_sided, "{what}");
+                assert!(found.valid, "{what}: the record is not valid: {found:?}");
+                assert_eq!(found.normal, if up { DVec3::Y } else { -DVec3::Y }, "{what}: normal");
+                assert!(
+                    (found.albedo - DVec3::new(0.5, 0.25, 1.0)).length() < 1e-3,
+                    "{what}: albedo is {}, expected the material's (0.5, 0.25, 1) within 1e-3",
+                    found.albedo
+                );
+                assert_eq!(found.is_back, !up && !double_sided, "{what}: whether it is a back");
                 let shines = up || double_sided;
                 let emission = if shines { DVec3::new(2.0, 4.0, 1.0) } else { DVec3::ZERO };
-                assert!((found.emission - emission).length() < 0.01, "{what}");
+                assert!(
+                    (found.emission - emission).length() < 0.01,
+                    "{what}: emission is {}, expected {emission} within 0.01",
+                    found.emission
+                );
                 // Cells beside the sheet only touch its edge.
                 let coverage = if inside { 1.0 } else { 0.0 };
-                assert!((found.coverage - coverage).abs() < 1e-4, "{what}");
+                assert!(
+                    (found.coverage - coverage).abs() < 1e-4,
+                    "{what}: coverage is {}, expected {coverage} within 1e-4",
+                    found.coverage
+                );
             }
         }
-        assert_eq!(cells.len(), 100);
+        assert_eq!(cells.len(), 100, "double-sided: {double_sided}: cells of the sheet");
     }
 }
 
@@ -491,10 +561,22 @@ fn textures_are_averaged_over_a_voxel() {
             if masked {
                 // u runs along z.
                 let kept = cell.z < 5;
-                assert!(found.valid || !kept, "{cell}: {found:?}");
-                assert!((found.coverage - f64::from(u8::from(kept))).abs() < 1e-4, "{found:?}");
+                assert!(
+                    found.valid || !kept,
+                    "cell {cell} of the masked sheet: the record is not valid where the mask keeps it: {found:?}"
+                );
+                assert!(
+                    (found.coverage - f64::from(u8::from(kept))).abs() < 1e-4,
+                    "cell {cell} of the masked sheet: coverage is {}, expected {} within 1e-4",
+                    found.coverage,
+                    u8::from(kept)
+                );
             } else {
-                assert!((found.albedo - 0.5).abs().max_element() < 0.02, "{cell}: {found:?}");
+                assert!(
+                    (found.albedo - 0.5).abs().max_element() < 0.02,
+                    "cell {cell} of the chequered sheet: albedo is {}, expected 0.5 within 0.02",
+                    found.albedo
+                );
             }
         }
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The kernels that go over the records of `voxel-rt`'s cache: carry, walls, publish.
 
-use crate::harness::{Random, gpu, read, submit};
+use crate::harness::{Random, assert_each, differing_bytes, gpu, read, submit};
 use bytemuck::Zeroable;
 use glam::{IVec3, UVec3, Vec3};
 use lucerna::components::voxel_light::{
@@ -151,10 +151,12 @@ fn publishes(n_faces: u32) {
         rig.run(|pass| publish.record(pass, &rig.buffers, &info, rig.records()));
         let reflected: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(&rig.buffers.reflected));
         let shown: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(&rig.buffers.shown));
-        let untouched = |records: &[[f32; 4]]| {
-            records[..rig.first_record].iter().all(|record| *record == [0.0; 4])
-        };
-        assert!(untouched(&reflected) && untouched(&shown));
+        for (what, records) in [("reflected", &reflected), ("shown", &shown)] {
+            let what = format!(
+                "{n_faces} faces, feedback {feedback}: records of the first level in {what}"
+            );
+            assert_each(&what, &records[..rig.first_record], "0", |record| *record == [0.0; 4]);
+        }
         let (mut n_neighbours, mut n_behind) = (0, 0);
         for (slot, cell) in rig.cells.iter().enumerate() {
             for face in 0..n_faces as usize {
@@ -210,22 +212,32 @@ fn publishes(n_faces: u32) {
                 }
                 let [again, indirect] = sums.map(|(sum, weight)| sum / weight);
                 let again = again * f64::from(feedback);
-                let expected =
-                    [(reflected[at], own.direct.as_dvec3() + again), (shown[at], indirect)];
-                for (got, expected) in expected {
+                let expected = [
+                    ("reflected", reflected[at], own.direct.as_dvec3() + again),
+                    ("shown", shown[at], indirect),
+                ];
+                for (what, got, expected) in expected {
+                    let what = format!("feedback {feedback}, cell {cell}, face {face}: {what}");
                     let expected = if covered > 0.0 { expected } else { glam::DVec3::ZERO };
                     for k in 0..3 {
                         let error = (f64::from(got[k]) - expected[k]).abs();
                         assert!(
                             error <= 4e-6 * expected[k],
-                            "{cell} {face}: {got:?} for {expected}"
+                            "{what} light is {got:?}, expected {expected} within 4e-6 of it"
                         );
                     }
-                    assert!((f64::from(got[3]) - covered).abs() < 1e-6, "{cell} {face}: {got:?}");
+                    assert!(
+                        (f64::from(got[3]) - covered).abs() < 1e-6,
+                        "{what} coverage is {}, expected {covered} within 1e-6",
+                        got[3]
+                    );
                 }
             }
         }
-        assert!(n_neighbours > 500 && (n_faces == 1 || n_behind > 500));
+        assert!(
+            n_neighbours > 500 && (n_faces == 1 || n_behind > 500),
+            "{n_faces} faces: {n_neighbours} neighbours are shared with and {n_behind} stand behind walls, expected above 500 of each (of one face none behind walls)"
+        );
     }
 }
 
@@ -279,14 +291,22 @@ fn carried_records_stay_with_their_cells() {
                     Some(_) => continue,
                     None => FaceLight::zeroed(),
                 };
-                assert!(bytemuck::bytes_of(&after[at]) == bytemuck::bytes_of(&expected), "{cell}");
+                let (found, wanted) =
+                    (bytemuck::bytes_of(&after[at]), bytemuck::bytes_of(&expected));
+                assert!(
+                    found == wanted,
+                    "shift {shift}, cell {cell}, face {face}: the record is {:?}, expected {expected:?}",
+                    after[at]
+                );
             }
         }
-        assert!(n_kept > 0, "shift {shift}");
-        let first_level = &after[..rig.first_record];
+        assert!(n_kept > 0, "shift {shift}: {n_kept} records are kept, expected some");
+        let [found, expected] = [&after, &rig.lights]
+            .map(|lights| bytemuck::cast_slice::<_, u8>(&lights[..rig.first_record]));
         assert!(
-            bytemuck::cast_slice::<_, u8>(first_level)
-                == bytemuck::cast_slice::<_, u8>(&rig.lights[..rig.first_record])
+            found == expected,
+            "shift {shift}, records of the first level: {}",
+            differing_bytes(found, expected)
         );
     }
 }
@@ -313,18 +333,25 @@ fn walls_and_rejected_samples_are_noted() {
         let info = settings!(WallsInfo { level: LEVEL, ..Zeroable::zeroed() });
         rig.run(|pass| walls.record(pass, &rig.buffers, &info, rig.slots()));
         let words = rig.words();
-        assert_eq!(cells_of(&words), rig.cells);
+        assert_eq!(cells_of(&words), rig.cells, "{n_faces} faces: cells after walls are noted");
         for (slot, word) in words.iter().enumerate() {
             let expected = (0..n_faces as usize).map(|face| {
                 let light = rig.record_of(slot, face);
                 u32::from(light.n_hits == 80.0 && light.state & 0xff00 != 0) << face
             });
             let expected = if n_faces == 6 { expected.sum() } else { 63 };
-            assert_eq!(word[1] & 63, expected, "{slot}");
+            assert_eq!(
+                word[1] & 63,
+                expected,
+                "{n_faces} faces: walls of slot {slot}, a bit a face"
+            );
         }
         let rejected = rig.lights[rig.first_record..].iter().filter(|l| l.state >> 31 == 1).count();
         let counted: u32 = bytemuck::pod_read_unaligned(&read(&rig.buffers.faults)[..4]);
-        assert_eq!(counted as usize, rejected);
+        assert_eq!(
+            counted as usize, rejected,
+            "{n_faces} faces: faces that are counted as having rejected samples"
+        );
     }
 }
 
@@ -339,6 +366,10 @@ fn more_records_than_a_binding_holds_are_refused() {
     CacheBuffers::new(gpu(), &layout, 64, most).unwrap();
     let error = CacheBuffers::new(gpu(), &layout, 64, most + 1).unwrap_err().to_string();
     for part in ["light of voxels", &limit.to_string(), "lower resolution"] {
-        assert!(error.contains(part), "{error}");
+        assert!(
+            error.contains(part),
+            "{} records: the error is `{error}`, expected to contain `{part}`",
+            most + 1
+        );
     }
 }

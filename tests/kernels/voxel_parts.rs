@@ -33,7 +33,10 @@ fn cells_have_the_slot_of_their_rank() {
         let [bits, first, .., bit] = *input;
         let rank = (0..bit).filter(|lower| bits >> lower & 1 == 1).count() as u32;
         let expected = if bits >> bit & 1 == 1 { first + rank } else { u32::MAX };
-        assert_eq!(found, expected, "{input:?}");
+        assert_eq!(
+            found, expected,
+            "slot of bit {bit} of a brick of bits {bits:#x} and first slot {first}"
+        );
     }
 }
 
@@ -69,11 +72,18 @@ fn points_of_faces_lie_before_them() {
         for k in 0..3 {
             assert!(
                 (f64::from(found[k]) - expected[k]).abs() < 4.0 * 6e-8 * 1024.0,
-                "{input:?}: {found:?}"
+                "cell {cell:?}, face {face}: the point is {:?}, expected {expected:?} within {:.1e} along axis {k}",
+                &found[..3],
+                4.0 * 6e-8 * 1024.0
             );
         }
         let depth = 1.002 * f64::from(input[6]) - 1e-3;
-        assert!((f64::from(found[3]) - depth).abs() < 4e-7, "{input:?}: {found:?} for {depth}");
+        assert!(
+            (f64::from(found[3]) - depth).abs() < 4e-7,
+            "depth below the face after {} of the ray is {}, expected {depth} within 4e-7",
+            input[6],
+            found[3]
+        );
     }
 }
 
@@ -100,14 +110,29 @@ fn neighbours_are_each_met_once() {
     let mut met = BTreeSet::new();
     for (input, found) in inputs.iter().zip(found) {
         let offset = Vec3::from_slice(&found[..3]).as_ivec3();
-        assert!(offset.abs().max_element() <= 1, "{input}: {offset}");
-        assert!(input.z == 1 || offset[input.y as usize] == 0, "{input}: {offset}");
-        assert!(met.insert((input.y, input.z, offset.to_array())), "{input}: {offset} comes twice");
+        let what =
+            format!("neighbour {} of axis {}, around a voxel: {}", input.x, input.y, input.z == 1);
+        assert!(
+            offset.abs().max_element() <= 1,
+            "{what}: the offset is {offset}, expected −1 to 1"
+        );
+        assert!(
+            input.z == 1 || offset[input.y as usize] == 0,
+            "{what}: the offset is {offset}, expected 0 along the axis"
+        );
+        assert!(
+            met.insert((input.y, input.z, offset.to_array())),
+            "{what}: the offset {offset} comes twice"
+        );
         let n_off = offset.to_array().iter().filter(|&&of| of != 0).count() as i32;
-        assert_eq!(found[3], 0.5f32.powi(n_off), "{input}");
-        assert_eq!(found[4], if input.z == 1 { 27.0 } else { 9.0 });
+        assert_eq!(found[3], 0.5f32.powi(n_off), "{what}: weight of the offset {offset}");
+        assert_eq!(found[4], if input.z == 1 { 27.0 } else { 9.0 }, "{what}: number of neighbours");
         let hits = 16.0 * input.x as f32;
-        assert_eq!(found[5], if hits <= 64.0 { 1.0 } else { 64.0 / hits }, "{hits} hits");
+        assert_eq!(
+            found[5],
+            if hits <= 64.0 { 1.0 } else { 64.0 / hits },
+            "what a face of {hits} hits takes of its neighbours' light"
+        );
     }
 }
 
@@ -143,20 +168,29 @@ fn wall_words_hold_faces_and_places() {
     );
     for (input, [word, answers]) in inputs.iter().zip(found) {
         let faces = input[0] as u32;
-        assert_eq!((word & 63, answers >> 1), (faces, faces), "{input:?}");
+        let what =
+            format!("walled faces {faces:#08b}, middle {}, offset {:?}", input[1], &input[4..7]);
+        assert_eq!(
+            (word & 63, answers >> 1),
+            (faces, faces),
+            "{what}: faces in the word and read from it"
+        );
         for axis in 0..3 {
             let place = f64::from(word >> (6 + 6 * axis) & 63) / 63.0;
             let middle = f64::from(input[1].clamp(0.0, 1.0));
-            assert!((place - middle).abs() <= 0.5 / 63.0 + 1e-6, "{input:?}: {place}");
+            assert!(
+                (place - middle).abs() <= 0.5 / 63.0 + 1e-6,
+                "{what}: the sheet's place along axis {axis} is {place}, expected {middle} within 0.5/63 and 1e-6"
+            );
         }
-        assert_eq!(word >> 24, 0, "{input:?}");
+        assert_eq!(word >> 24, 0, "{what}: the word's highest byte");
         // Behind a wall that looks to + lies what stands towards −.
         let barred = (0..3).any(|axis| match input[4 + axis] {
             -1.0 => faces >> (2 * axis) & 1 == 1,
             1.0 => faces >> (2 * axis + 1) & 1 == 1,
             _ => false,
         });
-        assert_eq!(answers & 1 == 0, barred, "{input:?}");
+        assert_eq!(answers & 1 == 0, barred, "{what}: whether the neighbour is barred");
     }
 }
 
@@ -194,10 +228,20 @@ fn gaps_take_the_mean_of_whole_pairs() {
             input[..4].chunks(2).filter(|pair| pair.iter().all(|t| t.w > 0.0)).collect();
         let sum: Vec4 = whole.iter().flat_map(|pair| pair.iter()).sum();
         let expected = sum / (2 * whole.len().max(1)) as f32;
-        assert!((texel - expected).abs().max_element() < 1e-6, "{input:?}: {texel}");
+        assert!(
+            (texel - expected).abs().max_element() < 1e-6,
+            "pairs {:?}, {:?}: the gap's texel is {texel}, expected {expected} within 1e-6",
+            &input[..2],
+            &input[2..4]
+        );
         let own = (input[4].x / 2.0).floor();
         let others = BTreeSet::from([axes.x as u32, axes.y as u32, own as u32]);
-        assert_eq!((others.len(), axes.z, axes.w), (3, 1.0, 1.0), "{input:?}: {axes}");
+        assert_eq!(
+            (others.len(), axes.z, axes.w),
+            (3, 1.0, 1.0),
+            "face {}: different axes of the face and its pairs, and lengths of the pairs' steps: {axes}",
+            input[4].x
+        );
     }
 }
 
@@ -273,11 +317,12 @@ fn faces_are_closed_in_corners_alone() {
             }
             assert!(
                 (f64::from(found[face]) - expected).abs() < 1e-5,
-                "{input:?}: face {face} {found:?} for {expected}"
+                "coverage {coverage:?}, depth {depth:?}: opacity of face {face} is {}, expected {expected} within 1e-5",
+                found[face]
             );
         }
     }
-    assert!(n_closed > 1000, "{n_closed}");
+    assert!(n_closed > 1000, "{n_closed} corners are closed, expected above 1000");
 }
 
 /// Bilinear weights of four texels sum to 1 and weigh their places to the point.
@@ -302,7 +347,10 @@ fn bilinear_weights_find_the_point() {
     );
     for (input, w) in inputs.iter().zip(found) {
         let sums = [w.element_sum() - 1.0, w.y + w.w - input.x, w.z + w.w - input.y];
-        assert!(w.min_element() >= 0.0 && sums.iter().all(|of| of.abs() < 3e-7), "{input}: {w}");
+        assert!(
+            w.min_element() >= 0.0 && sums.iter().all(|of| of.abs() < 3e-7),
+            "point {input}: the weights {w} are off a sum of 1 and the point by {sums:?}, expected at least 0 and below 3e-7"
+        );
     }
 }
 
@@ -341,16 +389,26 @@ fn parts_weigh_by_their_area() {
             let is_longest = normal[axis].abs() == longest;
             assert!(
                 near(found[axis], f64::from(area[axis].abs()), f64::from(is_longest)),
-                "{area} {normal}: {found}"
+                "area {area}, normal {normal}: weights are {found}, expected {} units along axis {axis}, at least 1 where the normal is longest, {is_longest}",
+                area[axis].abs() * 262_144.0
             );
-            assert!(!is_longest || found[axis] >= 1, "{area} {normal}: {found}");
+            assert!(
+                !is_longest || found[axis] >= 1,
+                "area {area}, normal {normal}: weights are {found}, expected at least 1 along the longest axis {axis}"
+            );
         }
         let length = area.truncate().as_dvec3().length();
-        assert!(near(found.w, length, 1.0) && found.w >= 1, "{area} {normal}: {found}");
+        assert!(
+            near(found.w, length, 1.0) && found.w >= 1,
+            "area {area}: the weight without axes is {}, expected {} units, at least 1",
+            found.w,
+            length * 262_144.0
+        );
     }
     assert_eq!(
         found[5000..],
-        [UVec4::new(1, 0, 0, 1), UVec4::new(0, 262144, 0, 262144), UVec4::ONE]
+        [UVec4::new(1, 0, 0, 1), UVec4::new(0, 262144, 0, 262144), UVec4::ONE],
+        "weights of no area, of one square along −Y, and of no area across the diagonal"
     );
 }
 
@@ -396,23 +454,27 @@ fn surfaces_add_their_weighted_steps() {
     for (input, found) in inputs.iter().zip(found) {
         let sum = |k: usize| f64::from(found[k][1]) * 4294967296.0 + f64::from(found[k][0]);
         let weight = f64::from(input[3]);
-        assert_eq!(sum(0), weight, "{input:?}");
+        assert_eq!(sum(0), weight, "{input:?}: sum of weights");
         for k in 0..3 {
             let shine =
                 if input[7] > 0.0 { f64::from(input[8 + k]) / f64::from(input[7]) } else { 0.0 };
             let exact = [
-                (sum(1 + k), f64::from(input[k]) * 4095.0),
-                (sum(4 + k), (f64::from(input[4 + k]) + 1.0) * 2047.0),
-                (sum(7 + k), shine * 262143.0),
+                ("albedo", sum(1 + k), f64::from(input[k]) * 4095.0),
+                ("normal", sum(4 + k), (f64::from(input[4 + k]) + 1.0) * 2047.0),
+                ("emission", sum(7 + k), shine * 262143.0),
             ];
-            for (found, steps) in exact {
+            for (what, found, steps) in exact {
                 let bound = weight * (0.5 + steps * 3e-7);
                 assert!(
                     (found - weight * steps).abs() <= bound,
-                    "{input:?}: {found} for {weight} × {steps}"
+                    "{input:?}: the sum of {what} {k} is {found}, expected {weight} × {steps} within {bound:.1e}"
                 );
                 // Whole steps of the weight.
-                assert_eq!(found % weight.max(1.0), 0.0, "{input:?}: {found}");
+                assert_eq!(
+                    found % weight.max(1.0),
+                    0.0,
+                    "{input:?}: what the sum of {what} {k}, {found}, is beside whole steps of the weight {weight}"
+                );
             }
         }
     }
@@ -439,7 +501,11 @@ fn with_modules(modules: &[(&str, &str)]) -> Harness {
         let replaced = |of: &str| modules.iter().any(|(path, _)| *path == of);
         if modules.iter().any(|(path, _)| all.iter().any(|of| of == path)) {
             let left = all.iter().filter(|of| of.contains("::fields::") && !replaced(of));
-            assert_eq!(left.count(), 0, "{path}: {all:?}");
+            assert_eq!(
+                left.count(),
+                0,
+                "{path}: modules of a storage that it still asks, of {all:?}"
+            );
         }
     }
     Harness::new(gpu().clone()).with_library(library)
@@ -495,7 +561,11 @@ fn light_is_looked_up_in_a_strangers_storage() {
         let expected = [at.x + 2.0 * at.y + 3.0 * at.z, at.x, 1.0];
         for k in 0..3 {
             let error = (f64::from(found[k]) - expected[k]).abs();
-            assert!(error < 50.0 * 6e-8 * 60.0, "{position} {normal}: {found} for {expected:?}");
+            assert!(
+                error < 50.0 * 6e-8 * 60.0,
+                "position {position} (w 1: trilinear), normal {normal}: light is {found}, expected {expected:?} within {:.1e}",
+                50.0 * 6e-8 * 60.0
+            );
         }
     }
 }
@@ -545,13 +615,25 @@ fn cones_are_followed_through_a_strangers_storage() {
     for ([ray, spread], [light, steps]) in inputs.iter().zip(found) {
         let transmittance = (-0.3 * f64::from(ray.w)).exp();
         let expected = [2.0, 1.0, 0.5].map(|of| of * (1.0 - transmittance));
-        assert!((f64::from(light.w) - transmittance).abs() < 2e-5, "{ray} {spread}: {light}");
+        assert!(
+            (f64::from(light.w) - transmittance).abs() < 2e-5,
+            "cone along {ray} of spread {}: transmittance is {}, expected {transmittance} within 2e-5",
+            spread.x,
+            light.w
+        );
         for k in 0..3 {
             assert!(
                 (f64::from(light[k]) - expected[k]).abs() < 4e-5,
-                "{ray} {spread}: {light} for {expected:?}"
+                "cone along {ray} of spread {}: light is {}, expected {expected:?} within 4e-5",
+                spread.x,
+                light.truncate()
             );
         }
-        assert!(steps.x >= 2.0, "{ray} {spread}: {steps}");
+        assert!(
+            steps.x >= 2.0,
+            "cone along {ray} of spread {}: {} steps, expected at least 2",
+            spread.x,
+            steps.x
+        );
     }
 }

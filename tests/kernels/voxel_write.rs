@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Write strategies and the injection of irradiance into voxels.
 
-use crate::harness::{Random, gpu, map, normal_limit, read, storage, submit};
+use crate::harness::{Random, assert_each, gpu, map, normal_limit, read, storage, submit};
 use bytemuck::{AnyBitPattern, NoUninit};
 use glam::{Affine3A, DVec3, UVec2, UVec3, Vec3};
 use lucerna::bindings::kernels::voxel_light::inject as kernel;
@@ -91,11 +91,11 @@ fn samples_are_checked_and_quantised() {
         let above = scaled.iter().any(|&v| v > QUANTA_MAX as f64);
         // Numbers below the normal range may be flushed to 0 on either side: -1e-45 would be 0.
         let expected = if bad { 2 } else { u32::from(above) };
-        assert_eq!(output.verdict, expected, "{input:?} {output:?}");
+        assert_eq!(output.verdict, expected, "{input:?}: verdict (0 good, 1 clamped, 2 rejected)");
         for (scaled, quanta) in scaled.iter().zip(output.quanta).filter(|_| !bad) {
             // Exact: the scale is a power of two, and `round` takes ties to even.
             let expected = scaled.min(QUANTA_MAX as f64).round_ties_even() as u32;
-            assert_eq!(quanta, expected, "{input:?} {output:?}");
+            assert_eq!(quanta, expected, "{input:?}: quanta of {scaled}, of {:?}", output.quanta);
         }
     }
 }
@@ -169,14 +169,15 @@ fn sums_are_64_bit_integers() {
         for k in 0..3 {
             let wide = |high: u32, low: u32| u128::from(high) << 32 | u128::from(low);
             let sum = wide(input.high[k], input.low[k]) + u128::from(input.added[k]);
-            assert_eq!(wide(output.high[k], output.low[k]), sum, "{input:?} {output:?}");
+            assert_eq!(wide(output.high[k], output.low[k]), sum, "{input:?}: sum {k} in 64 bits");
             let mean = match input.count {
                 0 => 0.0,
                 n => sum as f64 / f64::from(n) * f64::from(input.quantum),
             };
             assert!(
                 (f64::from(output.mean[k]) - mean).abs() <= 6e-7 * mean,
-                "{mean}: {input:?} {output:?}"
+                "{input:?}: mean {k} is {}, expected {mean} within 6e-7 of it",
+                output.mean[k]
             );
         }
     }
@@ -209,14 +210,26 @@ fn the_packed_average_moves_as_described() {
     );
     for (input, output) in inputs.iter().zip(&outputs) {
         let count = (input.word >> 24).saturating_add(1).min(255);
-        assert_eq!([output[0] >> 24, output[1] >> 24], [count, 7]);
+        assert_eq!(
+            [output[0] >> 24, output[1] >> 24],
+            [count, 7],
+            "{input:?}: counts after a step, and as packed"
+        );
         for k in 0..3 {
             let byte = |word: u32| f64::from(word >> (8 * k) & 0xff);
             let value = 255.0 * f64::from(input.value[k]).clamp(0.0, 1.0);
             // Half a step of rounding, and 1e-4 of a step for f32 (255 · 2⁻²⁴ · a few).
-            assert!((byte(output[1]) - value).abs() <= 0.5001, "{input:?} {output:?}");
+            assert!(
+                (byte(output[1]) - value).abs() <= 0.5001,
+                "{input:?}: byte {k} as packed is {}, expected {value} within 0.5001",
+                byte(output[1])
+            );
             let mean = byte(input.word) + (value - byte(input.word)) / f64::from(count);
-            assert!((byte(output[0]) - mean).abs() <= 0.5001, "{input:?} {output:?}");
+            assert!(
+                (byte(output[0]) - mean).abs() <= 0.5001,
+                "{input:?}: byte {k} after a step is {}, expected {mean} within 0.5001",
+                byte(output[0])
+            );
         }
     }
 }
@@ -250,7 +263,11 @@ fn faces_are_chosen_by_the_squares_of_the_normal() {
             let expected = if looks { n * n } else { 0.0 };
             let share = faces.iter().filter(|&&f| f == face).count() as f64 / DRAWS as f64;
             // u is equidistant: two ends of an interval, one draw each.
-            assert!((share - expected).abs() <= 2.1 / DRAWS as f64, "{normal} {face}: {share}");
+            assert!(
+                (share - expected).abs() <= 2.1 / DRAWS as f64,
+                "normal {normal}: face {face} is chosen in {share} of the draws, expected {expected} within {:.1e}",
+                2.1 / DRAWS as f64
+            );
         }
     }
 }
@@ -360,7 +377,12 @@ fn carries_reach_the_high_words() {
         let after = raw(WriteStrategy::Exact, &exact_words(before, n_before), 1, &samples, 1.0);
         let sum = u128::from(before) + values.iter().map(|&v| v as u128).sum::<u128>();
         let count = n_before + values.len() as u32;
-        assert_eq!(after, exact_words(u64::try_from(sum).unwrap(), count), "{before} {n_before}");
+        assert_eq!(
+            after,
+            exact_words(u64::try_from(sum).unwrap(), count),
+            "words of sum {before} and count {n_before} after {} samples: expected sum {sum}, count {count}",
+            values.len()
+        );
     }
 }
 
@@ -372,14 +394,27 @@ fn the_moving_average_stalls_at_255_samples() {
     packed.push(0xff80_8080);
     let samples = vec![sample(228.0 / 255.0, 0); 10_000];
     let after = raw(WriteStrategy::MovingAverage, &packed, 1, &samples, 1.0);
-    assert_eq!(after[8], 0xff80_8080, "the true mean has long become 226");
+    assert_eq!(
+        after[8], 0xff80_8080,
+        "word {:#x} of the moving average, expected to stall (the true mean has long become 226)",
+        after[8]
+    );
     // Few samples, one value: right to half an 8-bit unit for each sample.
     packed[8] = 0;
     let after = raw(WriteStrategy::MovingAverage, &packed, 1, &samples[..100], 1.0);
-    assert_eq!(after[8], 100 << 24 | 0xe4_e4e4);
+    assert_eq!(
+        after[8],
+        100 << 24 | 0xe4_e4e4,
+        "word {:#x} of the moving average after 100 samples of 228",
+        after[8]
+    );
     let before = exact_words((255 * 128) << 16, 255);
     let after = raw(WriteStrategy::Exact, &before, 1, &vec![sample(228.0, 0); 10_000], 65536.0);
-    assert_eq!(after, exact_words((255 * 128 + 10_000 * 228) << 16, 10_255));
+    assert_eq!(
+        after,
+        exact_words((255 * 128 + 10_000 * 228) << 16, 10_255),
+        "words of the exact average after 10 000 more samples of 228"
+    );
 }
 
 #[test]
@@ -400,10 +435,24 @@ fn maximum_and_store_keep_one_of_the_samples() {
     let largest = raw(WriteStrategy::Max, &before, 16, &samples, 1e6);
     for record in 0..16u32 {
         let words: Vec<u32> = samples.iter().filter(|s| s.record == record).map(word).collect();
-        assert!(words.contains(&stored[8 + record as usize]), "{record}");
-        assert_eq!(largest[8 + record as usize], *words.iter().max().unwrap());
+        let found = stored[8 + record as usize];
+        assert!(
+            words.contains(&found),
+            "record {record}: {found:#x} is stored, expected one of its {} samples",
+            words.len()
+        );
+        assert_eq!(
+            largest[8 + record as usize],
+            *words.iter().max().unwrap(),
+            "record {record}: the largest of its samples"
+        );
     }
-    assert!(stored[..8].iter().chain(&largest[..8]).all(|&w| w == 0));
+    assert_each(
+        "head words after Store and Max",
+        stored[..8].iter().chain(&largest[..8]),
+        "0",
+        |&w| w == 0,
+    );
 }
 
 /// A volume with its injector on a scene.
@@ -451,7 +500,9 @@ impl Rig {
             self.injector.record(recorder, &self.scene, &self.volume, injections).unwrap();
         });
         let accumulators = read(self.volume.accumulators());
-        assert!(accumulators[32..].iter().all(|&b| b == 0), "resolving empties the accumulators");
+        assert_each("bytes of the accumulators after resolving", &accumulators[32..], "0", |&b| {
+            b == 0
+        });
         (
             bytemuck::pod_collect_to_vec(&read(self.volume.means())),
             RejectedSamples::from_bytes(&accumulators),
@@ -529,24 +580,37 @@ fn the_exact_average_is_exact_in_any_order() {
         let (means, rejected) = rig.run(&[samples_injection(&buffer, samples.len(), LARGEST)]);
         assert_eq!(
             rejected,
-            RejectedSamples { not_finite: 500, clamped: 40, outside: 300, cut: 0 }
+            RejectedSamples { not_finite: 500, clamped: 40, outside: 300, cut: 0 },
+            "round {round}: samples left out"
         );
         for (ix, (sum, count)) in expected.iter().enumerate() {
             let mean = means[ix];
-            assert_eq!(mean[3], *count as f32, "record {ix}");
+            assert_eq!(mean[3], *count as f32, "round {round}, record {ix}: number of samples");
             for k in 0..3 {
                 let expected = sum[k] / f64::from(*count);
                 let error = (f64::from(mean[k]) - expected).abs();
                 let quantum = 1024.0 / 2f64.powi(32);
                 assert!(
                     error <= 0.5 * quantum + 6e-7 * expected,
-                    "record {ix}: {mean:?} {expected}"
+                    "round {round}, record {ix}: mean {k} is {}, expected {expected} within {:.1e}",
+                    mean[k],
+                    0.5 * quantum + 6e-7 * expected
                 );
-                assert!(error <= 1.01e-4 * expected, "record {ix}: {mean:?} {expected}");
+                assert!(
+                    error <= 1.01e-4 * expected,
+                    "round {round}, record {ix}: mean {k} is {}, expected {expected} within 1.01e-4 of it",
+                    mean[k]
+                );
             }
         }
         let bits: Vec<u32> = means.iter().flatten().map(|v| v.to_bits()).collect();
-        assert!(first.get_or_insert_with(|| bits.clone()) == &bits, "round {round} differs");
+        let first = first.get_or_insert_with(|| bits.clone());
+        let n_differ = first.iter().zip(&bits).filter(|(a, b)| a != b).count();
+        assert!(
+            first == &bits,
+            "round {round}: {n_differ} of {} numbers of the means are not those of round 0",
+            bits.len()
+        );
     }
 }
 
@@ -620,7 +684,11 @@ fn check_plane(
         let face = if n_faces == 6 { 2 } else { 0 };
         let mean = means[slot * n_faces + face];
         for other in (0..n_faces).filter(|&f| f != face) {
-            assert_eq!(means[slot * n_faces + other], [0.0; 4], "{cell}: a face that looks away");
+            assert_eq!(
+                means[slot * n_faces + other],
+                [0.0; 4],
+                "mean of face {other} of cell {cell}, which looks away"
+            );
         }
         let (expected, deviation) = over_cell(cell, &at);
         if mean[3] < 20.0 {
@@ -634,11 +702,16 @@ fn check_plane(
             let scale = [1.0, 0.5, 0.25][channel];
             let off = f64::from(mean[channel]) - scale * expected;
             if off.abs() > scale * error + 1e-6 {
-                failures.push(format!("{cell}: {mean:?}, expected {expected} ± {error}"));
+                failures.push(format!("cell {cell}: the mean irradiance in channel {channel} is {} of {} samples, expected {} ± {}", mean[channel], mean[3], scale * expected, scale * error));
             }
         }
     }
-    assert!(failures.is_empty(), "{} of {n_checked}: {}", failures.len(), failures[0]);
+    assert!(
+        failures.is_empty(),
+        "{} channels of {n_checked} cells are off; {}",
+        failures.len(),
+        failures[0]
+    );
     n_checked
 }
 
@@ -662,10 +735,14 @@ fn a_point_lights_rays_give_its_irradiance() {
         let (grid, structure) = plane_grid(n_faces);
         let rig = Rig::new(&point_scene(), grid, &structure, WriteStrategy::Exact);
         let (means, rejected) = rig.run(&[light_rays(0, 100.0)]);
-        assert_eq!(rejected, RejectedSamples::default());
+        assert_eq!(
+            rejected,
+            RejectedSamples::default(),
+            "{n_faces} faces: samples left out of a point light"
+        );
         // Uniform over the sphere: the density on the plane is cosθ/d², as E.
         let n = check_plane(&rig, &means, 0.0, |at| (point_irradiance(at), point_irradiance(at)));
-        assert!(n > 900, "{n}"); // the corners get fewer than 20 samples
+        assert!(n > 900, "{n_faces} faces: {n} cells have 20 samples, expected above 900"); // the corners get fewer than 20 samples
         // As many hits as the plane's share of the sphere asks for: stratified, so all but the
         // plane's border (4·512 strata at most) is exact, and the integral over cells to 1e-3.
         let total: f64 = means.iter().map(|m| f64::from(m[3])).sum();
@@ -674,12 +751,21 @@ fn a_point_lights_rays_give_its_irradiance() {
             .sum::<f64>()
             / 12.0
             / (64.0 * PI);
-        assert!((total - 512.0 * 512.0 * share).abs() < 300.0, "{total} {share}");
+        assert!(
+            (total - 512.0 * 512.0 * share).abs() < 300.0,
+            "{n_faces} faces: {total} samples arrive, expected {} within 300",
+            512.0 * 512.0 * share
+        );
         // The same bits again; and twice the light is the sum of two injections.
         let again = rig.run(&[light_rays(0, 100.0)]).0;
-        assert_eq!(means, again);
+        assert_eq!(means, again, "{n_faces} faces: means of the same injection again");
         let twice = rig.run(&[light_rays(0, 100.0), light_rays(0, 100.0)]).0;
-        assert!(means.iter().zip(&twice).all(|(a, b)| (0..4).all(|k| 2.0 * a[k] == b[k])));
+        for (ix, (a, b)) in means.iter().zip(&twice).enumerate() {
+            assert!(
+                (0..4).all(|k| 2.0 * a[k] == b[k]),
+                "{n_faces} faces, record {ix}: two injections give {b:?}, expected twice {a:?}"
+            );
+        }
     }
 }
 
@@ -693,7 +779,7 @@ fn ray_query_injects_as_software_rays_do() {
         Rig::with_rays(&point_scene(), grid, &structure, WriteStrategy::Exact, RaySource::RayQuery);
     let (means, _) = rig.run(&[light_rays(0, 100.0)]);
     let n = check_plane(&rig, &means, 0.0, |at| (point_irradiance(at), point_irradiance(at)));
-    assert!(n > 900, "{n}"); // the corners get fewer than 20 samples
+    assert!(n > 900, "by ray query {n} cells have 20 samples, expected above 900"); // the corners get fewer than 20 samples
 }
 
 #[test]
@@ -712,7 +798,7 @@ fn a_spots_rays_stay_within_its_cone() {
     let scene = Scene { lights: vec![light], ..plane_scene() };
     let rig = Rig::new(&scene, grid, &structure, WriteStrategy::Exact);
     let (means, rejected) = rig.run(&[light_rays(0, 100.0)]);
-    assert_eq!(rejected, RejectedSamples::default());
+    assert_eq!(rejected, RejectedSamples::default(), "samples left out of a spot");
     let n = check_plane(&rig, &means, 0.0, |at| {
         let cosine = (at - LIGHT).normalize().dot(axis.as_dvec3());
         let (from, to) = (f64::from(outer).cos(), f64::from(inner).cos());
@@ -720,9 +806,13 @@ fn a_spots_rays_stay_within_its_cone() {
         let inside = if cosine > from { point_irradiance(at) } else { 0.0 };
         (falloff * point_irradiance(at), inside)
     });
-    assert!(n > 100, "{n}");
+    assert!(n > 100, "{n} cells of a spot have 20 samples, expected above 100");
     // All rays meet the plane.
-    assert_eq!(means.iter().map(|m| f64::from(m[3])).sum::<f64>(), 512.0 * 512.0);
+    assert_eq!(
+        means.iter().map(|m| f64::from(m[3])).sum::<f64>(),
+        512.0 * 512.0,
+        "samples of a spot that arrive, expected all"
+    );
 }
 
 #[test]
@@ -733,10 +823,19 @@ fn directional_light_falls_by_the_cosine() {
     let scene = Scene { lights: vec![light], ..plane_scene() };
     let rig = Rig::new(&scene, grid, &structure, WriteStrategy::Exact);
     let (means, rejected) = rig.run(&[light_rays(0, 3.0)]);
-    assert_eq!(rejected, RejectedSamples::default());
+    assert_eq!(rejected, RejectedSamples::default(), "samples left out of a directional light");
     let expected = 3.0 * f64::from(-direction.y);
-    assert_eq!(check_plane(&rig, &means, 0.0, |_| (expected, 1.0)), 32 * 32);
-    assert!(means.iter().all(|m| m[3] == 0.0 || (f64::from(m[0]) - expected).abs() < 1e-6));
+    assert_eq!(
+        check_plane(&rig, &means, 0.0, |_| (expected, 1.0)),
+        32 * 32,
+        "cells of a directional light with 20 samples"
+    );
+    assert_each(
+        "means of a directional light",
+        &means,
+        &format!("empty or {expected} within 1e-6"),
+        |m| m[3] == 0.0 || (f64::from(m[0]) - expected).abs() < 1e-6,
+    );
 }
 
 fn camera_rays(view: &View, largest: f32) -> Injection<'_> {
@@ -770,8 +869,12 @@ fn camera_rays_give_the_mean_irradiance() {
     let rig = Rig::new(&point_scene(), grid, &structure, WriteStrategy::Exact);
     let view = view_from(&rig.scene, 5.0);
     let (means, rejected) = rig.run(&[camera_rays(&view, 100.0)]);
-    assert_eq!(rejected, RejectedSamples::default());
-    assert_eq!(check_plane(&rig, &means, 0.0, |at| (point_irradiance(at), 1.0)), 32 * 32);
+    assert_eq!(rejected, RejectedSamples::default(), "samples left out of camera rays");
+    assert_eq!(
+        check_plane(&rig, &means, 0.0, |at| (point_irradiance(at), 1.0)),
+        32 * 32,
+        "cells with 20 samples of camera rays"
+    );
     // Camera and light agree but for the weight, and a roof's shadow is black, not empty.
     let mut shadowed = point_scene();
     shadowed.meshes.push(quad(Vec3::new(-4.0, 1.0, -4.0), Vec3::Z * 8.0, Vec3::X * 4.0, 0));
@@ -783,8 +886,12 @@ fn camera_rays_give_the_mean_irradiance() {
     for (slot, cell) in rig.cells.iter().enumerate() {
         let mean = means[slot * 6 + 2];
         let right = -4.0 + 0.25 * f64::from(cell.x + 1);
-        assert_eq!(mean[3], 256.0, "{cell}");
-        assert_eq!(mean[0] == 0.0, right <= -0.2455, "{cell}: {mean:?}");
+        assert_eq!(mean[3], 256.0, "cell {cell} below the roof: samples of camera rays");
+        assert_eq!(
+            mean[0] == 0.0,
+            right <= -0.2455,
+            "cell {cell}, which ends at x = {right}: whether its mean {mean:?} is in the roof's shadow"
+        );
     }
 }
 
@@ -799,23 +906,44 @@ fn a_uniform_sky_gives_pi_l() {
     let extended = Injection { source: InjectionSource::Extended, ..light_rays(0, 40.0) };
     for (injection, below) in [(extended, true), (camera_rays(&view, 40.0), false)] {
         let (means, rejected) = rig.run(&[injection]);
-        assert_eq!(rejected, RejectedSamples::default());
+        assert_eq!(
+            rejected,
+            RejectedSamples::default(),
+            "below: {below}: samples left out of a sky"
+        );
         let mut sums = [0.0; 2];
         for (slot, cell) in rig.cells.iter().enumerate() {
             for (side, face) in [2, 3].into_iter().enumerate() {
                 let mean = means[6 * slot + face].map(f64::from);
                 if mean[3] == 0.0 {
-                    assert!(side == 1 && !below, "{cell}: no samples");
+                    assert!(
+                        side == 1 && !below,
+                        "cell {cell}, face {face}, below: {below}: no samples, expected some"
+                    );
                     continue;
                 }
                 let error = normal_limit(2 * rig.cells.len()) * 1.3 / mean[3].sqrt();
-                assert!((mean[0] / (2.0 * PI) - 1.0).abs() < error, "{cell}: {mean:?}");
+                assert!(
+                    (mean[0] / (2.0 * PI) - 1.0).abs() < error,
+                    "cell {cell}, face {face}, below: {below}: the sky's mean irradiance is {}, expected 2π within {error:.3} of it",
+                    mean[0]
+                );
                 sums[side] += mean[0] / (2.0 * PI) / 1024.0;
             }
         }
         // 2¹⁷ samples at least.
-        assert!((sums[0] - 1.0).abs() < normal_limit(2) * 1.3 / 362.0, "{sums:?}");
-        assert!(!below || (sums[1] - 1.0).abs() < normal_limit(2) * 1.3 / 300.0, "{sums:?}");
+        assert!(
+            (sums[0] - 1.0).abs() < normal_limit(2) * 1.3 / 362.0,
+            "below: {below}: irradiance from above is {} of 2π, expected 1 within {:.4}",
+            sums[0],
+            normal_limit(2) * 1.3 / 362.0
+        );
+        assert!(
+            !below || (sums[1] - 1.0).abs() < normal_limit(2) * 1.3 / 300.0,
+            "irradiance from below is {} of 2π, expected 1 within {:.4}",
+            sums[1],
+            normal_limit(2) * 1.3 / 300.0
+        );
     }
 }
 
@@ -855,7 +983,11 @@ fn an_emissive_quads_energy_arrives() {
     let rig = Rig::new(&scene, grid, &structure, WriteStrategy::Exact);
     let injection = Injection { source: InjectionSource::Extended, ..light_rays(0, 4000.0) };
     let (means, rejected) = rig.run(&[injection]);
-    assert_eq!((rejected.not_finite, rejected.clamped), (0, 0), "{rejected:?}");
+    assert_eq!(
+        (rejected.not_finite, rejected.clamped),
+        (0, 0),
+        "samples of an emissive quad that are not finite or clamped: {rejected:?}"
+    );
     let along = |c: u32| if c == 0 || c == 20 { 0.075 } else { 0.15 };
     let mut flux = 0.0;
     for (slot, cell) in rig.cells.iter().enumerate() {
@@ -867,7 +999,10 @@ fn an_emissive_quads_energy_arrives() {
     }
     let expected = PI * 5.0;
     println!("flux {flux}, expected {expected}");
-    assert!((flux / expected - 1.0).abs() < 0.015, "{flux} {expected}");
+    assert!(
+        (flux / expected - 1.0).abs() < 0.015,
+        "flux of an emissive quad that arrives is {flux}, expected {expected} within 1.5 %"
+    );
     // In the middle of the floor: E = L ∫∫ cos² /d² over the quad.
     let at = |x: f64, z: f64| {
         let mut sum = 0.0;
@@ -887,7 +1022,11 @@ fn an_emissive_quads_energy_arrives() {
     let expected = at(1.65, 1.65);
     // Its deviation is below 0.2 of it, and E varies by less than 1 % within the cell.
     let error = normal_limit(1) * 0.2 / f64::from(mean[3]).sqrt() + 0.01;
-    assert!((f64::from(mean[0]) / expected - 1.0).abs() < error, "{mean:?} {expected}");
+    assert!(
+        (f64::from(mean[0]) / expected - 1.0).abs() < error,
+        "mean irradiance in the middle of the floor is {}, expected {expected} within {error:.4} of it",
+        mean[0]
+    );
 }
 
 /// Hits beside the grid and in cells that nobody marked are counted and change nothing.
@@ -907,15 +1046,34 @@ fn hits_without_a_voxel_are_counted() {
     for strategy in WriteStrategy::ALL {
         let rig = Rig::new(&scene, grid, &structure, strategy);
         let (means, rejected) = rig.run(&[light_rays(0, 100.0)]);
-        assert_eq!((rejected.not_finite, rejected.clamped), (0, 0));
-        assert_eq!(*first.get_or_insert(rejected.outside), rejected.outside, "{strategy:?}");
+        assert_eq!(
+            (rejected.not_finite, rejected.clamped),
+            (0, 0),
+            "{strategy:?}: samples that are not finite or clamped: {rejected:?}"
+        );
+        assert_eq!(
+            *first.get_or_insert(rejected.outside),
+            rejected.outside,
+            "{strategy:?}: samples without a voxel (right), expected those of the first strategy (left)"
+        );
         let lit: Vec<_> = means.iter().filter(|m| m[3] > 0.0).collect();
-        assert_eq!(lit.len(), cells.len(), "{strategy:?}");
+        assert_eq!(
+            lit.len(),
+            cells.len(),
+            "{strategy:?}: records with samples, expected one a cell"
+        );
         if strategy == WriteStrategy::Exact {
             let inside: f32 = lit.iter().map(|m| m[3]).sum();
-            assert_eq!(inside + rejected.outside as f32, total);
+            assert_eq!(
+                inside + rejected.outside as f32,
+                total,
+                "{strategy:?}: samples with and without a voxel, expected those of the whole plane"
+            );
             // A quarter of the plane.
-            assert!((inside / total - 0.25).abs() < 0.01, "{inside} of {total}");
+            assert!(
+                (inside / total - 0.25).abs() < 0.01,
+                "{strategy:?}: {inside} of {total} samples have a voxel, expected 0.25 of them within 0.01"
+            );
         }
     }
 }
@@ -929,17 +1087,35 @@ fn what_cannot_be_is_refused() {
         submit(|recorder| rig.injector.record(recorder, &rig.scene, &rig.volume, injections))
     };
     let good = light_rays(0, 1.0);
-    assert!(matches!(record(&[light_rays(1, 1.0)]), Err(InjectError::NoSuchLight { .. })));
-    assert!(matches!(record(&[light_rays(0, f32::NAN)]), Err(InjectError::LargestValue(_))));
+    let recorded = record(&[light_rays(1, 1.0)]);
+    assert!(
+        matches!(recorded, Err(InjectError::NoSuchLight { .. })),
+        "rays of light 1 of 1 give {recorded:?}, expected NoSuchLight"
+    );
+    let recorded = record(&[light_rays(0, f32::NAN)]);
+    assert!(
+        matches!(recorded, Err(InjectError::LargestValue(_))),
+        "a largest irradiance of NaN gives {recorded:?}, expected LargestValue"
+    );
     let many = Injection { n_rays: 65_536, ..good };
-    assert!(matches!(record(&[many]), Err(InjectError::TooManySamples { .. })));
+    let recorded = record(&[many]);
+    assert!(
+        matches!(recorded, Err(InjectError::TooManySamples { .. })),
+        "65 536² rays give {recorded:?}, expected TooManySamples"
+    );
     let huge = VoxelGrid { capacity: 1 << 26, n_faces: 6, ..grid };
     let buffer = storage(bytemuck::cast_slice(&structure));
     let error = VoxelIrradiance::new(gpu, huge, &buffer, WriteStrategy::Exact).unwrap_err();
-    assert!(matches!(error, InjectError::Gpu(GpuError::TooLarge { .. })), "{error}");
+    assert!(
+        matches!(error, InjectError::Gpu(GpuError::TooLarge { .. })),
+        "a grid of 2²⁶ records: the error is `{error}`, expected TooLarge"
+    );
     let wrong = VoxelGrid { bricks: grid.size, ..grid };
     let error = VoxelIrradiance::new(gpu, wrong, &buffer, WriteStrategy::Exact).unwrap_err();
-    assert!(matches!(error, InjectError::Grid(_)), "{error}");
+    assert!(
+        matches!(error, InjectError::Grid(_)),
+        "a grid of wrong bricks: the error is `{error}`, expected Grid"
+    );
 }
 
 /// The brick's size stands on both sides, for vectors are not generated.
@@ -955,6 +1131,10 @@ fn the_hosts_bricks_are_the_kernels() {
     );
     let (grid, _) = sparse_grid(Vec3::ZERO, 1.0, UVec3::new(255, 255, 255), 1, &[]);
     let brick = UVec3::new(cells[0] & 255, cells[0] >> 8 & 255, cells[0] >> 16);
-    assert_eq!(grid.bricks, (grid.size + brick - 1) / brick);
-    assert_eq!(brick.element_product(), 32);
+    assert_eq!(
+        grid.bricks,
+        (grid.size + brick - 1) / brick,
+        "bricks of a grid of 255³ cells, expected by the shader's brick {brick}"
+    );
+    assert_eq!(brick.element_product(), 32, "cells of the brick {brick}");
 }

@@ -124,15 +124,35 @@ fn voxels(voxelizer: &Voxelizer) -> (Vec<UVec3>, VoxelCounts) {
         bytemuck::pod_read_unaligned(&read(voxelizer.counts())[..size_of::<VoxelCounts>()]);
     let words: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read(voxelizer.structure()));
     let n = n_bricks(grid) as usize;
-    assert!(counts.n_voxels <= grid.capacity);
-    assert_eq!(counts.n_records, counts.n_voxels * grid.n_faces);
+    assert!(
+        counts.n_voxels <= grid.capacity,
+        "{} voxels, expected at most the capacity {}",
+        counts.n_voxels,
+        grid.capacity
+    );
+    assert_eq!(
+        counts.n_records,
+        counts.n_voxels * grid.n_faces,
+        "records of {} voxels with {} faces",
+        counts.n_voxels,
+        grid.n_faces
+    );
     for (groups, n) in
         [(counts.voxel_groups, counts.n_voxels), (counts.record_groups, counts.n_records)]
     {
         let covered = u64::from(groups.x) * u64::from(groups.y) * 64;
-        assert!(covered >= u64::from(n) && groups.max_element() <= 65535, "{groups} for {n}");
-        assert!(groups.y <= 1 || groups.x == 32768, "{groups}");
-        assert!(covered < u64::from(n) + 64 * 32768, "{groups} for {n}");
+        assert!(
+            covered >= u64::from(n) && groups.max_element() <= 65535,
+            "workgroups {groups} of 64 cover {covered}, expected at least {n} with at most 65535 an axis"
+        );
+        assert!(
+            groups.y <= 1 || groups.x == 32768,
+            "workgroups {groups}, expected one row, or rows of 32768"
+        );
+        assert!(
+            covered < u64::from(n) + 64 * 32768,
+            "workgroups {groups} of 64 cover {covered}, expected less than a row more than {n}"
+        );
     }
     let mut cells = Vec::new();
     for (brick, &[occupied, first]) in words[..n].iter().enumerate() {
@@ -145,13 +165,26 @@ fn voxels(voxelizer: &Voxelizer) -> (Vec<UVec3>, VoxelCounts) {
         ) * BRICK;
         for bit in (0..32).filter(|bit| occupied >> bit & 1 == 1) {
             let cell = corner + UVec3::new(bit % 4, bit / 4 % 4, bit / 16);
-            assert!(cell.cmplt(grid.size).all(), "{cell} is outside {}", grid.size);
+            assert!(
+                cell.cmplt(grid.size).all(),
+                "cell {cell} is marked, expected within the grid of {}",
+                grid.size
+            );
             let packed = cell.x | cell.y << 10 | cell.z << 20;
-            assert_eq!(words[n + cells.len()], [packed, 0], "slot {}", cells.len());
+            assert_eq!(
+                words[n + cells.len()],
+                [packed, 0],
+                "word of slot {}, cell {cell}",
+                cells.len()
+            );
             cells.push(cell);
         }
     }
-    assert_eq!(cells.len(), counts.n_voxels as usize);
+    assert_eq!(
+        cells.len(),
+        counts.n_voxels as usize,
+        "cells of the structure, expected as many as voxels are counted"
+    );
     (cells, counts)
 }
 
@@ -175,16 +208,23 @@ fn check(triangles: &[[Vec3; 3]], grid: VoxelGrid) -> (usize, usize) {
         let (low, high) = (expected.low[ix], expected.high[ix]);
         n_doubtful += (high - low) as usize;
         n_unequal += usize::from(n != expected.exact[ix]);
-        assert!((low..=high).contains(&n), "cell {ix}: {n}, expected {low} to {high}, {grid:?}");
+        assert!(
+            (low..=high).contains(&n),
+            "cell {ix}: {n} triangles, expected {low} to {high}, {grid:?}"
+        );
     }
     let (cells, counts) = voxels(&voxelized(&scene, grid, &[Triangles::All]));
-    assert_eq!(counts.n_overflow, 0);
+    assert_eq!(counts.n_overflow, 0, "voxels that find no room in {grid:?}");
     let mut occupied = vec![false; found.len()];
     for cell in &cells {
         occupied[cell_ix(&grid, *cell)] = true;
     }
     for (ix, &n) in found.iter().enumerate() {
-        assert_eq!(occupied[ix], n > 0, "cell {ix}");
+        assert_eq!(
+            occupied[ix],
+            n > 0,
+            "whether cell {ix}, which {n} triangles meet, is occupied, {grid:?}"
+        );
     }
     println!(
         "{} triangles, {}: {} voxels, {n_doubtful} pairs in doubt, {n_unequal} counts differ from f64",
@@ -242,10 +282,13 @@ fn room() -> Vec<[Vec3; 3]> {
 #[test]
 fn voxelize_room_equals_f64() {
     let triangles = room();
-    assert!(triangles.len() >= 260_000);
+    assert!(triangles.len() >= 260_000, "{} triangles, expected at least 260 000", triangles.len());
     let grid = grid_of(&triangles, Resolution::Size(UVec3::splat(128)));
     let (n, n_doubtful) = check(&triangles, grid);
-    assert!(n > 40_000 && n_doubtful < 40, "{n}, {n_doubtful}");
+    assert!(
+        n > 40_000 && n_doubtful < 40,
+        "{n} voxels and {n_doubtful} pairs in doubt, expected above 40 000 and below 40"
+    );
 }
 
 /// Triangles of all sizes, in boxes of odd sizes that they reach out of.
@@ -279,7 +322,11 @@ fn rastered(scene: &GpuScene, grid: VoxelGrid, method: RasterMethod) -> Vec<bool
         );
         for bit in (0..32).filter(|bit| word >> bit & 1 == 1) {
             let cell = at * BRICK + UVec3::new(bit % 4, bit / 4 % 4, bit / 16);
-            assert!(cell.cmplt(grid.size).all(), "{cell} is outside {}", grid.size);
+            assert!(
+                cell.cmplt(grid.size).all(),
+                "cell {cell} is marked, expected within the grid of {}",
+                grid.size
+            );
             marked[cell_ix(&grid, cell)] = true;
         }
     }
@@ -349,7 +396,10 @@ fn rasterising_voxelizers_mark_what_they_say() {
             let marked = rastered(&scene, grid, RasterMethod::BoundingQuad);
             for (ix, &is_marked) in marked.iter().enumerate() {
                 let (low, high) = (expected.low[ix] > 0, expected.high[ix] > 0);
-                assert!(is_marked >= low && is_marked <= high, "rectangles, {what}: cell {ix}");
+                assert!(
+                    is_marked >= low && is_marked <= high,
+                    "rectangles, {what}: cell {ix} is marked: {is_marked}, expected from {low} to {high}"
+                );
             }
             for method in [RasterMethod::ThreeAxes, RasterMethod::DominantAxis] {
                 let axes = |normal: DVec3| match method {
@@ -364,18 +414,21 @@ fn rasterising_voxelizers_mark_what_they_say() {
                 let n_marked = marked.iter().filter(|&&is| is).count();
                 let mut n_beside = 0;
                 for ix in 0..marked.len() {
-                    assert!(marked[ix] || !surely[ix], "{method:?}, {what}: cell {ix} is missed");
+                    assert!(
+                        marked[ix] || !surely[ix],
+                        "{method:?}, {what}: cell {ix} is not marked, expected so: a column's middle surely meets a triangle in it"
+                    );
                     n_beside += usize::from(marked[ix] && expected.high[ix] == 0);
                 }
                 // Snapping may carry a fragment at an edge into the next cell.
                 assert!(
                     50 * n_beside <= n_marked,
-                    "{method:?}, {what}: {n_beside} of {n_marked} are not met"
+                    "{method:?}, {what}: {n_beside} of {n_marked} marked cells are not met by a triangle, expected at most 2 %"
                 );
             }
         }
     }
-    assert!(n_tested > 1000, "{n_tested}");
+    assert!(n_tested > 1000, "{n_tested} cells are surely met, expected above 1000");
 }
 
 /// The rule of borders: what touches a cell meets it. All numbers are small multiples of ½, where
@@ -399,12 +452,22 @@ fn voxelize_on_borders() {
         .filter(|[a, b, c]| (b - a).cross(c - a) != Vec3::ZERO)
         .collect();
     let found = gpu_counts(&on_gpu(&soup(&triangles)), grid);
-    assert_eq!(found, oracle(&grid, &triangles).exact);
+    let expected = oracle(&grid, &triangles).exact;
+    let first = (0..found.len()).find(|&ix| found[ix] != expected[ix]);
+    assert!(
+        found == expected,
+        "triangles on borders: the first cell whose count differs is {first:?}: {:?}, expected {:?}",
+        first.map(|ix| found[ix]),
+        first.map(|ix| expected[ix])
+    );
     // A wall between cells 4 and 5 occupies both.
     let wall = [[Vec3::new(5.0, 1.25, 1.25), Vec3::new(5.0, 2.75, 1.5), Vec3::new(5.0, 1.5, 2.75)]];
     let voxelizer = voxelized(&on_gpu(&soup(&wall)), grid, &[Triangles::All]);
     let cells = voxels(&voxelizer).0;
-    assert!(cells.iter().all(|cell| cell.x == 4 || cell.x == 5) && cells.len() == 8, "{cells:?}");
+    assert!(
+        cells.iter().all(|cell| cell.x == 4 || cell.x == 5) && cells.len() == 8,
+        "cells of a wall between x = 4 and 5 are {cells:?}, expected 8 at either"
+    );
 }
 
 #[test]
@@ -430,15 +493,24 @@ fn voxelize_nothing_and_outside() {
     let nothing = on_gpu(&Scene::default());
     let grid = grid_of(&[], Resolution::Longest(16));
     let (cells, counts) = voxels(&voxelized(&nothing, grid, &[Triangles::All]));
-    assert!(cells.is_empty() && counts.n_overflow == 0);
-    assert_eq!((counts.voxel_groups.x, counts.record_groups.x), (0, 0));
+    assert!(
+        cells.is_empty() && counts.n_overflow == 0,
+        "an empty scene has {} voxels and {} that find no room, expected none",
+        cells.len(),
+        counts.n_overflow
+    );
+    assert_eq!(
+        (counts.voxel_groups.x, counts.record_groups.x),
+        (0, 0),
+        "workgroups of voxels and records of an empty scene"
+    );
 
     let far = on_gpu(&soup(&[
         [Vec3::splat(50.0), Vec3::new(60.0, 50.0, 50.0), Vec3::new(50.0, 60.0, 50.0)],
         [Vec3::splat(1e12), Vec3::splat(-1e12), Vec3::new(1e12, 0.0, 1e12)],
     ]));
     let (cells, _) = voxels(&voxelized(&far, unit_grid(UVec3::splat(8)), &[Triangles::All]));
-    assert!(cells.is_empty(), "{}", cells.len());
+    assert!(cells.is_empty(), "a scene outside the grid has {} voxels, expected none", cells.len());
 }
 
 /// With too little room the first voxels stay, and the others are counted.
@@ -451,8 +523,17 @@ fn voxelize_overflow() {
     for capacity in [1, 31, 1000, all.len() as u32 - 1, all.len() as u32] {
         grid.capacity = capacity;
         let (some, counts) = voxels(&voxelized(&scene, grid, &[Triangles::All]));
-        assert_eq!(some, all[..capacity as usize]);
-        assert_eq!(counts.n_overflow, all.len() as u32 - capacity);
+        assert_eq!(
+            some,
+            all[..capacity as usize],
+            "capacity {capacity}: voxels, expected the first of all"
+        );
+        assert_eq!(
+            counts.n_overflow,
+            all.len() as u32 - capacity,
+            "capacity {capacity}: voxels that find no room, of {}",
+            all.len()
+        );
     }
 }
 
@@ -480,12 +561,31 @@ fn voxelize_moving_over_static() {
         &[Static, Moving, Moving],
         &[All, Static, Moving],
     ] {
-        assert!(bytes(order) == all, "{order:?}");
+        let found = bytes(order);
+        assert!(
+            found == all,
+            "{order:?}: {} voxels with counts {:?}, expected the {} of all, in their order, with {:?}",
+            found.0.len(),
+            found.1,
+            all.0.len(),
+            all.1
+        );
     }
     let alone = bytes(&[Static]).0;
-    assert!(alone.len() < all.0.len());
+    assert!(
+        alone.len() < all.0.len(),
+        "static triangles alone have {} voxels, expected below the {} of all",
+        alone.len(),
+        all.0.len()
+    );
     let scene = GpuScene::new(gpu(), &soup(&triangles[..250]), options).unwrap();
-    assert!(alone == voxels(&voxelized(&scene, grid, &[All])).0);
+    let expected = voxels(&voxelized(&scene, grid, &[All])).0;
+    assert!(
+        alone == expected,
+        "static triangles alone have {} voxels, expected the {} of a scene of them, in their order",
+        alone.len(),
+        expected.len()
+    );
 }
 
 #[test]
@@ -508,28 +608,77 @@ fn grids_have_margins_and_limits() {
             grid.size.as_vec3() - (min + extent - grid.origin) / grid.cell,
         );
         // 1.5 cells less the offset; f32 at 256 cells is good to 1e-2 here.
-        assert!(low.min_element() > 1.2 && high.min_element() > 1.2, "{low} {high} {grid:?}");
-        assert!(grid.capacity <= capacity_limit(grid.bricks, 6));
+        assert!(
+            low.min_element() > 1.2 && high.min_element() > 1.2,
+            "margins of {grid:?} are {low} and {high} cells, expected above 1.2"
+        );
+        let limit = capacity_limit(grid.bricks, 6);
+        assert!(
+            grid.capacity <= limit,
+            "the capacity is {}, expected at most {limit}",
+            grid.capacity
+        );
         match resolution {
-            Resolution::Longest(n) => assert!(grid.size.max_element() == n, "{grid:?}"),
-            Resolution::Size(size) => assert_eq!(grid.size, size),
+            Resolution::Longest(n) => assert!(
+                grid.size.max_element() == n,
+                "the longest side is {}, expected {n}: {grid:?}",
+                grid.size.max_element()
+            ),
+            Resolution::Size(size) => {
+                assert_eq!(grid.size, size, "size of the grid, expected the one asked for")
+            }
         }
     }
     let box_of = |min: f32, max: f32, n, faces, capacity| {
         grid_for_bounds(Vec3::splat(min), Vec3::splat(max), Resolution::Longest(n), faces, capacity)
     };
     for n in [1, 2, 5] {
-        assert_eq!(box_of(0.0, 1.0, n, 6, None).unwrap().size, UVec3::splat(n));
+        assert_eq!(
+            box_of(0.0, 1.0, n, 6, None).unwrap().size,
+            UVec3::splat(n),
+            "size of a grid of {n} cells along the longest side"
+        );
     }
-    assert!(matches!(box_of(0.0, 1.0, 0, 6, None), Err(VoxelError::Size(_))));
-    assert!(matches!(box_of(0.0, 1.0, 257, 6, None), Err(VoxelError::Size(_))));
-    assert!(matches!(box_of(0.0, 1.0, 16, 2, None), Err(VoxelError::Faces(2))));
-    assert!(matches!(box_of(1.0, 0.0, 16, 1, None), Err(VoxelError::Bounds { .. })));
-    assert!(matches!(box_of(f32::NAN, 0.0, 16, 1, None), Err(VoxelError::Bounds { .. })));
-    assert!(matches!(box_of(1e6, 1e6 + 1.0, 256, 1, None), Err(VoxelError::TooFine { .. })));
-    assert!(matches!(box_of(0.0, 1.0, 16, 6, Some(0)), Err(VoxelError::Capacity { .. })));
+    let made = box_of(0.0, 1.0, 0, 6, None);
+    assert!(
+        matches!(made, Err(VoxelError::Size(_))),
+        "box_of(0.0, 1.0, 0, 6, None) gives {made:?}, expected Size"
+    );
+    let made = box_of(0.0, 1.0, 257, 6, None);
+    assert!(
+        matches!(made, Err(VoxelError::Size(_))),
+        "box_of(0.0, 1.0, 257, 6, None) gives {made:?}, expected Size"
+    );
+    let made = box_of(0.0, 1.0, 16, 2, None);
+    assert!(
+        matches!(made, Err(VoxelError::Faces(2))),
+        "box_of(0.0, 1.0, 16, 2, None) gives {made:?}, expected Faces"
+    );
+    let made = box_of(1.0, 0.0, 16, 1, None);
+    assert!(
+        matches!(made, Err(VoxelError::Bounds { .. })),
+        "box_of(1.0, 0.0, 16, 1, None) gives {made:?}, expected Bounds"
+    );
+    let made = box_of(f32::NAN, 0.0, 16, 1, None);
+    assert!(
+        matches!(made, Err(VoxelError::Bounds { .. })),
+        "box_of(f32::NAN, 0.0, 16, 1, None) gives {made:?}, expected Bounds"
+    );
+    let made = box_of(1e6, 1e6 + 1.0, 256, 1, None);
+    assert!(
+        matches!(made, Err(VoxelError::TooFine { .. })),
+        "box_of(1e6, 1e6 + 1.0, 256, 1, None) gives {made:?}, expected TooFine"
+    );
+    let made = box_of(0.0, 1.0, 16, 6, Some(0));
+    assert!(
+        matches!(made, Err(VoxelError::Capacity { .. })),
+        "box_of(0.0, 1.0, 16, 6, Some(0)) gives {made:?}, expected Capacity"
+    );
     let error = box_of(0.0, 1.0, 256, 6, Some(2_000_000)).unwrap_err();
-    assert!(error.to_string().contains("128 MiB"), "{error}");
+    assert!(
+        error.to_string().contains("128 MiB"),
+        "2 000 000 voxels: the error is `{error}`, expected to contain `128 MiB`"
+    );
 }
 
 /// The one size that Rust keeps by hand.
@@ -542,7 +691,7 @@ fn bricks_are_the_shaders() {
         fn map(i: Input) -> Output { return Output(BRICK.x, BRICK.y, BRICK.z); }",
         &[0u32],
     );
-    assert_eq!(bricks, [BRICK]);
+    assert_eq!(bricks, [BRICK], "size of a brick in the shader, expected Rust's");
 }
 
 /// `voxels/work_groups` lays out the counted pieces of work as dispatches: ⌈n/64⌉ workgroups in rows of 32 768.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Albedo, normal and depth against closed forms.
 
+use crate::harness::assert_each;
 use crate::support::{
     ceiling, diffuse, floor, lambert, look_down, over_pixels, render, scene, settings,
 };
@@ -37,13 +38,24 @@ fn surface_channels_of_a_plane() {
         let normals = resolve(&sums, size, Channel::Normal);
         let depths = resolve(&sums, size, Channel::Depth);
         for (ix, expected) in depth.iter().enumerate() {
-            assert!((albedo.rgb[ix] - Vec3::from(ALBEDO)).abs().max_element() < 1e-5);
-            assert!((normals.rgb[ix] - normal).abs().max_element() < 3e-5, "{}", normals.rgb[ix]);
-            let off = (f64::from(depths.rgb[ix].x) - expected.x).abs();
+            let what = format!("from above: {from_above}, pixel {ix}");
             assert!(
-                off < 5.0 * 0.25 * tilt.tan() / (12.0f64 * 64.0).sqrt(),
-                "{ix}: {}",
-                depths.rgb[ix]
+                (albedo.rgb[ix] - Vec3::from(ALBEDO)).abs().max_element() < 1e-5,
+                "{what}: albedo is {}, expected {ALBEDO:?} within 1e-5",
+                albedo.rgb[ix]
+            );
+            assert!(
+                (normals.rgb[ix] - normal).abs().max_element() < 3e-5,
+                "{what}: normal is {}, expected {normal} within 3e-5",
+                normals.rgb[ix]
+            );
+            let off = (f64::from(depths.rgb[ix].x) - expected.x).abs();
+            let bound = 5.0 * 0.25 * tilt.tan() / (12.0f64 * 64.0).sqrt();
+            assert!(
+                off < bound,
+                "{what}: depth is {}, expected {} within {bound:.4}",
+                depths.rgb[ix].x,
+                expected.x
             );
         }
     }
@@ -55,7 +67,9 @@ fn surface_channels_of_a_plane() {
     };
     let sums = render(&diffuse(&world), &camera, &settings(8, 8, 0), 16);
     let depths = resolve(&sums, size, Channel::Depth);
-    assert!(depths.rgb.iter().all(|d| (d.x - 3.0).abs() < 1e-5), "{:?}", depths.rgb[0]);
+    assert_each("depth of pixels of a plane across the view", &depths.rgb, "3 within 1e-5", |d| {
+        (d.x - 3.0).abs() < 1e-5
+    });
 }
 
 /// A half covered pixel has half the albedo, and the depth and normal of what covers it.
@@ -75,15 +89,33 @@ fn surface_channels_where_a_plane_ends() {
         // 5 standard errors of a share of 4096 samples, and as many roundings of an f32 sum.
         let noise = 5.0 * (share * (1.0 - share) / 4096.0).sqrt() + 2.4e-4;
         let off = (albedo.rgb[ix] - share * Vec3::from(ALBEDO)).abs().max_element();
-        assert!(off <= noise, "{ix}: {}", albedo.rgb[ix]);
-        assert!((depths.rgb[ix].x - 3.0).abs() < 1e-4, "{ix}: {}", depths.rgb[ix]);
-        assert!((normals.rgb[ix] - Vec3::Y).abs().max_element() < 3e-5);
+        assert!(
+            off <= noise,
+            "albedo of pixel {ix} is {}, expected {share} of {ALBEDO:?} within {noise:.2e}",
+            albedo.rgb[ix]
+        );
+        assert!(
+            (depths.rgb[ix].x - 3.0).abs() < 1e-4,
+            "depth of pixel {ix} is {}, expected 3 within 1e-4",
+            depths.rgb[ix].x
+        );
+        assert!(
+            (normals.rgb[ix] - Vec3::Y).abs().max_element() < 3e-5,
+            "normal of pixel {ix} is {}, expected {} within 3e-5",
+            normals.rgb[ix],
+            Vec3::Y
+        );
     }
     // Nothing at all: zeros.
     let sums =
         render(&diffuse(&scene(vec![], vec![])), &look_down(3.0, 1.0), &settings(4, 4, 3), 4);
     for channel in [Channel::Beauty, Channel::Albedo, Channel::Depth, Channel::Normal] {
-        assert!(resolve(&sums, size, channel).rgb.iter().all(|&pixel| pixel == Vec3::ZERO));
+        assert_each(
+            &format!("{channel:?} of pixels of an empty scene"),
+            &resolve(&sums, size, channel).rgb,
+            "0",
+            |&pixel| pixel == Vec3::ZERO,
+        );
     }
 }
 
@@ -103,7 +135,14 @@ fn openness_under_a_ceiling() {
         let picture = resolve(&sums, UVec2::splat(8), Channel::Openness).rgb;
         let mean = picture.iter().map(|v| f64::from(v.x)).sum::<f64>() / picture.len() as f64;
         let expected = (f64::from(height) / distance).powi(2).min(1.0);
-        assert!((mean - expected).abs() < 0.011, "{distance}: {mean} for {expected}");
-        assert!(expected < 1.0 || picture.iter().all(|v| v.x == 1.0), "{distance}");
+        assert!(
+            (mean - expected).abs() < 0.011,
+            "mean openness to {distance} m is {mean}, expected {expected} within 0.011"
+        );
+        if expected >= 1.0 {
+            assert_each(&format!("openness of pixels to {distance} m"), &picture, "1", |v| {
+                v.x == 1.0
+            });
+        }
     }
 }

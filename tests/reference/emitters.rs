@@ -112,11 +112,18 @@ fn emission_leaves_the_front_unless_double_sided() {
     let world = diffuse(&turned);
     let found = render(&world, &look_down(0.5, HALF), &settings(16, 16, 3), 256);
     let lit = resolve(&found, size(), Channel::Beauty);
-    assert!(lit.rgb.iter().all(|&pixel| pixel == Vec3::ZERO), "the back shines");
+    assert_each("beauty of pixels under a lamp's back", &lit.rgb, "black", |&pixel| {
+        pixel == Vec3::ZERO
+    });
     // From above the front is seen.
     let from_above = render(&world, &look_down(2.0, 0.2), &settings(8, 8, 0), 1);
     let seen = resolve(&from_above, UVec2::splat(8), Channel::Emitted);
-    assert!(seen.rgb.iter().all(|&pixel| pixel == Vec3::from(RADIANCE)));
+    assert_each(
+        "emitted light of pixels that see a lamp's front",
+        &seen.rgb,
+        &format!("{RADIANCE:?}"),
+        |&pixel| pixel == Vec3::from(RADIANCE),
+    );
 
     let mut mirrored = turned.clone();
     mirrored.instances[1].world_from_object = glam::Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0));
@@ -125,7 +132,9 @@ fn emission_leaves_the_front_unless_double_sided() {
     let world = diffuse(&mirrored);
     let found = render(&world, &look_down(0.5, HALF), &settings(16, 16, 3), 64);
     let lit = resolve(&found, size(), Channel::Beauty);
-    assert!(lit.rgb.iter().all(|&pixel| pixel == Vec3::ZERO), "the mirrored back shines");
+    assert_each("beauty of pixels under a mirrored lamp's back", &lit.rgb, "black", |&pixel| {
+        pixel == Vec3::ZERO
+    });
     let mut front = under_lamp(emitter(RADIANCE));
     front.instances[1].world_from_object = mirrored.instances[1].world_from_object;
     check_floor("mirrored", &front, &rectangle_irradiance(x, Z, size()), RaySource::Software);
@@ -135,7 +144,9 @@ fn emission_leaves_the_front_unless_double_sided() {
     let world = diffuse(&under_lamp(emitter(RADIANCE)));
     let from_above = render(&world, &look_down(2.0, 0.2), &settings(8, 8, 0), 1);
     let seen = resolve(&from_above, UVec2::splat(8), Channel::Emitted);
-    assert!(seen.rgb.iter().all(|&pixel| pixel == Vec3::ZERO), "the back is seen shining");
+    assert_each("emitted light of pixels that see a lamp's back", &seen.rgb, "black", |&pixel| {
+        pixel == Vec3::ZERO
+    });
 }
 
 /// The texture leaves the half u < 0.5 lit, at sRGB 188 of 255: 0.50289 of the light. (lavapipe decodes
@@ -220,14 +231,21 @@ fn masked_shadow(rays: RaySource) {
             let expected = if shaded { Vec3::ZERO } else { bright };
             // An offset of 1e-6 m and a slanted ray may cross a texel's edge in a 1e-5 of a pixel.
             let off = (pixel - expected).abs().max_element();
-            assert!(off <= 1e-5, "shift {shift}, pixel {ix}: {pixel}, expected {expected}");
+            assert!(
+                off <= 1e-5,
+                "shift {shift}: beauty of pixel {ix} is {pixel}, expected {expected} within 1e-5"
+            );
         }
         let seen = render(&on_gpu, &look_down(2.0, 1.0), &settings(16, 16, 0), 16);
         let seen = resolve(&seen, size(), Channel::Depth);
         for (ix, &depth) in seen.rgb.iter().enumerate() {
             let is_solid = is_solid((ix % 16 / 2) as u32, (ix / 32) as u32);
             let expected = if is_solid { 1.0 } else { 2.0 };
-            assert!((depth.x - expected).abs() < 1e-5, "depth of pixel {ix}: {depth}");
+            assert!(
+                (depth.x - expected).abs() < 1e-5,
+                "shift {shift}: depth of pixel {ix} is {}, expected {expected} within 1e-5",
+                depth.x
+            );
         }
     }
 }

@@ -34,15 +34,21 @@ fn rays_get_through_all_layers_however_many_samples_there_are() {
         let (sums, stats) =
             render_reference(gpu(), &scene, &camera, &settings, n_samples, |_| true).unwrap();
         println!("{n_samples} samples: {stats:?}");
-        assert_eq!(stats.n_cut, 0);
-        for pixel in &sums {
+        let what = format!("{size} × {size} pixels, {n_samples} samples, {n_bounces} bounces");
+        assert_eq!(stats.n_cut, 0, "{what}: rays that the driver cut, expected none");
+        for (ix, pixel) in sums.iter().enumerate() {
             assert_eq!(
                 (pixel.n_samples, pixel.n_rejected, pixel.n_surfaces),
-                (n_samples, 0, n_samples)
+                (n_samples, 0, n_samples),
+                "{what}: samples, rejected ones and surfaces of pixel {ix}"
             );
         }
-        for rgb in resolve(&sums, settings.size, Channel::Albedo).rgb {
-            assert!((rgb - 0.8).abs().max_element() <= 0.8 * 3.1e-5, "{n_samples} samples: {rgb}");
+        let albedo = resolve(&sums, settings.size, Channel::Albedo).rgb;
+        for (ix, rgb) in albedo.into_iter().enumerate() {
+            assert!(
+                (rgb - 0.8).abs().max_element() <= 0.8 * 3.1e-5,
+                "{what}: albedo of pixel {ix} is {rgb}, expected 0.8 within 3.1e-5 of it"
+            );
         }
     }
 }
@@ -64,9 +70,17 @@ fn ten_million_samples_arrive() {
     let (sums, stats) =
         render_reference(gpu(), &diffuse(&scene), &camera, &settings, n, |_| true).unwrap();
     println!("{stats:?}");
-    assert_eq!(sums[0].n_samples, n);
-    assert_eq!((sums[0].n_rejected, sums[0].n_surfaces, stats.n_samples), (0, 0, n));
+    assert_eq!(sums[0].n_samples, n, "samples that arrive at the pixel");
+    assert_eq!(
+        (sums[0].n_rejected, sums[0].n_surfaces, stats.n_samples),
+        (0, 0, n),
+        "rejected samples, surfaces, and samples that are counted"
+    );
     let mean = resolve(&sums, settings.size, Channel::Beauty).rgb[0];
     let error = (mean / Vec3::new(0.1, 0.3, 1.0) - 1.0).abs().max_element();
-    assert!(error <= 3.1e-5, "{mean}");
+    assert!(
+        error <= 3.1e-5,
+        "beauty of {n} samples is {mean}, expected {} within 3.1e-5 of it",
+        Vec3::new(0.1, 0.3, 1.0)
+    );
 }

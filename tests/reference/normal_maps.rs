@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Normal maps, by the irradiance of a directional light: E·max(0, n·l).
 
+use crate::harness::assert_each;
 use crate::support::{add_texture, floor, look_down, on_gpu, render, scene, settings};
 use glam::{DVec3, UVec2, Vec2, Vec3, Vec4};
 use lucerna::gpu_scene::RaySource;
@@ -47,7 +48,12 @@ fn irradiance(case: &Case, with_map: bool) -> f64 {
     let picture = resolve(&sums, UVec2::splat(4), Channel::Irradiance);
     let first = picture.rgb[0].x;
     // Rounding of interpolated tangents.
-    assert!(picture.rgb.iter().all(|pixel| (pixel.x - first).abs() < 1e-5), "{}", case.what);
+    assert_each(
+        &format!("{}: irradiance of pixels", case.what),
+        &picture.rgb,
+        &format!("{first} within 1e-5"),
+        |pixel| (pixel.x - first).abs() < 1e-5,
+    );
     f64::from(first)
 }
 
@@ -110,10 +116,10 @@ fn normal_maps_tilt_as_gltf_says() {
         let found = irradiance(case, true);
         println!("{}: {found:.6}, expected {expected:.6}", case.what);
         if (found - expected).abs() > 1e-4 {
-            failures.push(format!("{}: {found}, expected {expected}", case.what));
+            failures.push(format!("{}: {found}, expected {expected} within 1e-4", case.what));
         }
     }
-    assert!(failures.is_empty(), "{failures:#?}");
+    assert!(failures.is_empty(), "irradiance with a normal map: {failures:#?}");
 }
 
 /// 128 stands for 0.0039, so a flat map turns the normal by 0.32°; the cosine with a light at 37°
@@ -124,6 +130,14 @@ fn a_flat_normal_map_changes_nothing_more_than_its_bytes_say() {
     let case =
         Case { what: "flat", texel: [128, 128, 255], scale: 1.0, uv: SAME, tangent: None, axes };
     let (with, without) = (irradiance(&case, true), irradiance(&case, false));
-    assert!((without - TO_LIGHT.y).abs() < 2e-5, "{without}");
-    assert!((with - without).abs() < 0.6 * 0.0056, "{with} {without}");
+    assert!(
+        (without - TO_LIGHT.y).abs() < 2e-5,
+        "irradiance without a map is {without}, expected {} within 2e-5",
+        TO_LIGHT.y
+    );
+    assert!(
+        (with - without).abs() < 0.6 * 0.0056,
+        "irradiance with a flat map is {with}, expected {without} as without within {:.2e}",
+        0.6 * 0.0056
+    );
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Same input, same bytes; and what is not finite stays out of the picture.
 
-use crate::harness::ray_query_gpu;
+use crate::harness::{assert_each, differing_bytes, ray_query_gpu};
 use crate::support::{
     diffuse, emitter, floor, lambert, look_down, on_gpu, render, render_cut, scene, settings,
 };
@@ -30,8 +30,21 @@ fn the_same_work_gives_the_same_bytes_however_it_is_cut() {
         let world = on_gpu(&world, diffuse_only, RaySource::Software);
         let settings = settings(20, 19, 5);
         let whole = render(&world, &camera, &settings, 6);
-        assert!(whole.iter().all(|pixel| pixel.n_samples == 6 && pixel.n_rejected == 0));
-        assert_eq!(bytes(&whole), bytes(&render(&world, &camera, &settings, 6)), "twice");
+        let is_same = |sums: &[PixelSums], how: &str| {
+            let (found, expected) = (bytes(sums), bytes(&whole));
+            assert!(
+                found == expected,
+                "diffuse only: {diffuse_only}: sums of the same work {how}: {}",
+                differing_bytes(found, expected)
+            );
+        };
+        assert_each(
+            &format!("diffuse only: {diffuse_only}: sums of pixels"),
+            &whole,
+            "of 6 samples, none rejected",
+            |pixel| pixel.n_samples == 6 && pixel.n_rejected == 0,
+        );
+        is_same(&render(&world, &camera, &settings, 6), "once more");
         let cut = |rows: &[u32], samples: &[u32]| {
             let mut cuts = Vec::new();
             let mut first_sample = 0;
@@ -53,12 +66,16 @@ fn the_same_work_gives_the_same_bytes_however_it_is_cut() {
             }
             render_cut(&world, &camera, &settings, &cuts)
         };
-        assert_eq!(bytes(&whole), bytes(&cut(&[19], &[1; 6])), "sample by sample");
-        assert_eq!(bytes(&whole), bytes(&cut(&[1, 7, 8, 3], &[6])), "rows apart");
-        assert_eq!(bytes(&whole), bytes(&cut(&[13, 6], &[1, 3, 2])), "both");
+        is_same(&cut(&[19], &[1; 6]), "sample by sample");
+        is_same(&cut(&[1, 7, 8, 3], &[6]), "rows apart");
+        is_same(&cut(&[13, 6], &[1, 3, 2]), "rows and samples apart");
         let other =
             settings!(lucerna::techniques::reference::ReferenceSettings { seed: 1, ..settings });
-        assert_ne!(bytes(&whole), bytes(&render(&world, &camera, &other, 6)), "another seed");
+        let with_other = render(&world, &camera, &other, 6);
+        assert!(
+            bytes(&whole) != bytes(&with_other),
+            "diffuse only: {diffuse_only}: sums with seeds 0 and 1 are the same, expected others"
+        );
     }
 }
 
@@ -84,7 +101,10 @@ fn ray_query_and_software_give_the_same_picture() {
         "{same} of 576 pixels within 1e-3 ({identical} identical); means differ by {:.2e}",
         (a - b).abs() / a
     );
-    assert!(same >= 570 && (a - b).abs() <= 0.01 * a);
+    assert!(
+        same >= 570 && (a - b).abs() <= 0.01 * a,
+        "{same} of 576 pixels by ray query are those by software within 1e-3, expected at least 570; their sum is {b}, expected {a} within 1 %"
+    );
 }
 
 /// The left half of the floor emits NaN, the right half light.
@@ -113,27 +133,40 @@ fn samples_that_are_not_finite_are_rejected_and_counted() {
             Channel::Depth,
         ] {
             let picture = resolve(&sums, size, channel);
-            assert!(picture.check_finite().is_ok(), "{what}: {channel:?}");
+            let finite = picture.check_finite();
+            assert!(finite.is_ok(), "{what}: {channel:?} is not finite, expected so: {finite:?}");
             if channel == Channel::Albedo {
                 // Samples that are rejected for their light still met the surface.
                 let off = |c: &Vec3| (*c - Vec3::new(0.5, 0.25, 1.0)).abs().max_element();
                 let worst = picture.rgb.iter().map(off).fold(0.0, f32::max);
-                assert!(worst < 1e-5, "{what}: albedo off by {worst}");
+                assert!(
+                    worst < 1e-5,
+                    "{what}: albedo is off by {worst} at most, expected below 1e-5"
+                );
             }
         }
         for (ix, pixel) in sums.iter().enumerate() {
             let n = pixel.n_rejected;
             match ix % 9 {
-                0..4 => assert_eq!(n, 64, "{what}: pixel {ix}"),
+                0..4 => assert_eq!(
+                    n, 64,
+                    "{what}: rejected samples of pixel {ix} on the left, expected all"
+                ),
                 // Half of it, give or take 6 standard errors.
-                4 => assert!((8..=56).contains(&n), "{what}: pixel {ix}: {n}"),
-                _ => assert_eq!(n, 0, "{what}: pixel {ix}"),
+                4 => assert!(
+                    (8..=56).contains(&n),
+                    "{what}: {n} of 64 samples of pixel {ix} in the middle are rejected, expected 8 to 56"
+                ),
+                _ => assert_eq!(n, 0, "{what}: rejected samples of pixel {ix} on the right"),
             }
-            assert_eq!(pixel.n_samples, 64);
+            assert_eq!(pixel.n_samples, 64, "{what}: samples of pixel {ix}");
         }
         let beauty = resolve(&sums, size, Channel::Beauty);
         for (ix, pixel) in beauty.rgb.iter().enumerate().filter(|(ix, _)| ix % 9 >= 4) {
-            assert!((*pixel - Vec3::ONE).abs().max_element() < 1e-5, "{what}: pixel {ix}: {pixel}");
+            assert!(
+                (*pixel - Vec3::ONE).abs().max_element() < 1e-5,
+                "{what}: beauty of pixel {ix} is {pixel}, expected 1 within 1e-5"
+            );
         }
     }
 }
@@ -154,6 +187,11 @@ fn vertex_colors_that_are_not_finite_give_a_finite_picture() {
     let sums = render(&diffuse(&world), &look_down(1.0, 2.0), &settings(8, 8, 3), 32);
     for channel in [Channel::Beauty, Channel::Albedo] {
         let picture = resolve(&sums, UVec2::splat(8), channel);
-        assert!(picture.rgb.iter().all(|c| c.is_finite() && c.min_element() >= 0.0), "{channel:?}");
+        assert_each(
+            &format!("{channel:?} of pixels"),
+            &picture.rgb,
+            "finite and at least 0",
+            |c| c.is_finite() && c.min_element() >= 0.0,
+        );
     }
 }

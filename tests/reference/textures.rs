@@ -86,12 +86,15 @@ fn check(what: &str, world: &Scene, tolerance: f64) -> f64 {
         let off = (found.rgb[ix as usize].as_dvec3() - expected).abs().max_element();
         assert!(
             off <= tolerance,
-            "{what}: pixel {ix}: {}, expected {expected}",
+            "{what}: albedo of pixel {ix} is {}, expected {expected} within {tolerance}",
             found.rgb[ix as usize]
         );
         worst = f64::max(worst, off);
     }
-    assert!(left_out < 20, "{what}: {left_out} left out");
+    assert!(
+        left_out < 20,
+        "{what}: {left_out} pixels at the edge of texels are left out, expected below 20"
+    );
     worst
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the technique meets at the ends of its range.
 
-use crate::harness::{gpu, read};
+use crate::harness::{assert_each, differing_bytes, gpu, read};
 use crate::leaks::{Between, dark_over_lit, divided_room};
 use crate::session::{SIDE, camera, lit_room, upload};
 use crate::support::{floor, lambert, room, scene};
@@ -30,9 +30,14 @@ fn the_same_input_gives_the_same_bytes() {
     });
     let run = || session(&world, &eye(), settings).run(&world, 10);
     let (first, second) = (run(), run());
-    assert!(bytemuck::cast_slice::<_, u8>(&first) == bytemuck::cast_slice::<_, u8>(&second));
+    let [a, b] = [&first, &second].map(|sums| bytemuck::cast_slice::<_, u8>(sums));
+    assert!(a == b, "sums of two runs: {}", differing_bytes(b, a));
     let lit = first.iter().filter(|pixel| pixel.indirect != Vec3::ZERO).count();
-    assert!(lit > first.len() / 2, "{lit} pixels have indirect light");
+    assert!(
+        lit > first.len() / 2,
+        "{lit} of {} pixels have indirect light, expected above half",
+        first.len()
+    );
 }
 
 /// A grid of one cell, of sizes that are no powers of two, flat ones.
@@ -44,11 +49,25 @@ fn any_grid_gives_finite_light() {
         let mut session =
             session(&world, &eye(), settings!(VoxelConeSettings { resolution, ..cells(1) }));
         let pixels = session.run(&world, 8);
-        assert!(pixels.iter().all(|pixel| pixel.indirect.is_finite() && pixel.n_rejected == 0));
-        assert_eq!(session.technique.grid(0).size, size);
+        assert_each(
+            &format!("sums of pixels with a grid of {size}"),
+            &pixels,
+            "of finite indirect light without rejected samples",
+            |pixel| pixel.indirect.is_finite() && pixel.n_rejected == 0,
+        );
+        assert_eq!(
+            session.technique.grid(0).size,
+            size,
+            "size of the grid, expected the one that is set"
+        );
         let counts: Vec<u32> =
             bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
-        assert!(counts[0] > 0 && counts[1] == 0, "{size}: {counts:?}");
+        assert!(
+            counts[0] > 0 && counts[1] == 0,
+            "grid of {size}: {} voxels are made and {} left out, expected some and none",
+            counts[0],
+            counts[1]
+        );
     }
 }
 
@@ -93,15 +112,23 @@ fn every_setting_changes_the_picture() {
         }),
     ] {
         let found = picture(settings);
-        assert!(found.iter().all(|pixel| pixel.is_finite() && pixel.min_element() >= 0.0));
-        assert!(found != plain, "{settings:?} changes nothing");
+        assert_each(
+            &format!("{settings:?}: indirect light of pixels"),
+            &found,
+            "finite and at least 0",
+            |pixel| pixel.is_finite() && pixel.min_element() >= 0.0,
+        );
+        assert!(
+            found != plain,
+            "{settings:?}: indirect light is that of the default settings, expected another"
+        );
     }
     let buffers =
         picture(settings!(VoxelConeSettings { storage: PyramidStorage::Buffers, ..base }));
-    for (one, other) in plain.iter().zip(&buffers) {
+    for (ix, (one, other)) in plain.iter().zip(&buffers).enumerate() {
         assert!(
             (*one - *other).abs().max_element() < 0.01 * one.max_element() + 1e-4,
-            "{one} {other}"
+            "pixel {ix}: indirect light from buffers is {other}, from textures {one}; expected within 1 % and 1e-4"
         );
     }
 }
@@ -110,14 +137,24 @@ fn every_setting_changes_the_picture() {
 fn without_lights_it_stays_dark() {
     let world = upload(&Scene { lights: Vec::new(), ..lit_room() });
     let pixels = session(&world, &eye(), cells(16)).run(&world, 6);
-    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_rejected == 0));
+    assert_each(
+        "sums of pixels without lights",
+        &pixels,
+        "without indirect light and rejected samples",
+        |pixel| pixel.indirect == Vec3::ZERO && pixel.n_rejected == 0,
+    );
 }
 
 #[test]
 fn an_empty_scene_is_empty() {
     let world = upload(&Scene::default());
     let pixels = session(&world, &eye(), cells(16)).run(&world, 3);
-    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces == 0));
+    assert_each(
+        "sums of pixels of an empty scene",
+        &pixels,
+        "without indirect light and surfaces",
+        |pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces == 0,
+    );
 }
 
 /// Only a lamp of emissive triangles: its light is reflected as the path tracer says, within 15 % on average.
@@ -140,7 +177,10 @@ fn an_emissive_surface_lights_the_room() {
     let expected = traced.iter().map(|v| v.as_dvec3()).sum::<glam::DVec3>() / traced.len() as f64;
     let ratio = found / expected;
     eprintln!("lamp: {ratio} of the path tracer's light");
-    assert!((ratio - 1.0).abs().max_element() < 0.15, "{found} for {expected}");
+    assert!(
+        (ratio - 1.0).abs().max_element() < 0.15,
+        "mean indirect light of a lamp is {found}, expected the path tracer's {expected} within 15 %"
+    );
 }
 
 /// A floor and a low step under an even sky, outdoors: irradiance πL on the open floor within 3 %, with the sky's direct light
@@ -162,7 +202,10 @@ fn a_sky_gives_pi_l_outdoors() {
         let found = session.mean(&world, 16, Channel::Irradiance);
         let ratio = found / (std::f64::consts::PI * radiance.as_dvec3());
         eprintln!("irradiance of the sky, by cones: {by_cones}: {ratio} of πL");
-        assert!((ratio - 1.0).abs().max_element() < 0.03, "{ratio}");
+        assert!(
+            (ratio - 1.0).abs().max_element() < 0.03,
+            "irradiance of the sky, by cones: {by_cones}: {ratio} of πL, expected 1 within 0.03"
+        );
     }
 }
 
@@ -190,8 +233,17 @@ fn ambient_occlusion_agrees_with_rays() {
         let error = found.iter().zip(&traced).map(|(a, b)| (a.x - b.x).abs()).sum::<f32>() / n;
         let means = [mean(&found), mean(&traced)];
         eprintln!("openness to {distance} m: {means:?}, mean error {error}");
-        assert!(means[1] < 0.95, "too little is occluded to be a test");
-        assert!((means[0] - means[1]).abs() < 0.02 && error < 0.045, "{means:?}, {error}");
+        assert!(
+            means[1] < 0.95,
+            "openness to {distance} m by the path tracer is {} on average, expected below 0.95 for a test",
+            means[1]
+        );
+        assert!(
+            (means[0] - means[1]).abs() < 0.02 && error < 0.045,
+            "openness to {distance} m is {} on average, expected the path tracer's {} within 0.02; the mean error of pixels is {error}, expected below 0.045",
+            means[0],
+            means[1]
+        );
     }
 }
 
@@ -265,9 +317,15 @@ fn occlusion_close_by_darkens_a_corner_as_rays_say() {
         let open = f64::from(with[pixel].x / without[pixel].x);
         let expected = 1.0 - hidden_by_wall(f64::from(at.z), reach);
         n_occluded += usize::from(expected < 0.9);
-        assert!((open - expected).abs() < 0.05, "{at}: {open} for {expected}");
+        assert!(
+            (open - expected).abs() < 0.05,
+            "pixel {pixel}, floor at {at}: {open} of indirect light is left in the corner, expected {expected} within 0.05"
+        );
     }
-    assert!(n_occluded > 50, "{n_occluded}");
+    assert!(
+        n_occluded > 50,
+        "{n_occluded} pixels of the floor are expected to keep below 0.9, expected above 50 of them"
+    );
 }
 
 /// A floor does not hide itself, however flat it is seen; nor a board before it that is farther than cones reach, not even
@@ -284,7 +342,10 @@ fn occlusion_close_by_leaves_open_what_is_open() {
         session.occlusion_distance = 0.0;
         let picture = session.picture(&world, 16, Channel::Openness);
         let least = picture.iter().map(|pixel| pixel.x).fold(1.0, f32::min);
-        assert!(least > 0.98, "{eye:?}: {least}");
+        assert!(
+            least > 0.98,
+            "seen from {eye:?}: the least openness of pixels is {least}, expected above 0.98"
+        );
     }
 }
 
@@ -300,8 +361,15 @@ fn a_lone_floor_does_not_light_itself() {
     let mut session = session(&world, &camera([0.0, 1.5, 0.5], [0.0; 3]), cells(32));
     session.run(&world, 4);
     let pixels = session.run(&world, 8);
-    assert!(pixels.iter().any(|pixel| pixel.direct.min_element() > 0.0));
-    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO));
+    let n_lit = pixels.iter().filter(|pixel| pixel.direct.min_element() > 0.0).count();
+    assert!(
+        n_lit > 0,
+        "{n_lit} of {} pixels of a lone floor have direct light, expected some",
+        pixels.len()
+    );
+    assert_each("sums of pixels of a lone floor", &pixels, "without indirect light", |pixel| {
+        pixel.indirect == Vec3::ZERO
+    });
 }
 
 /// A double-sided roof over a floor, with a slit in it over so many cells: how open the floor's middle is.
@@ -335,8 +403,18 @@ fn gaps_of_a_cell_are_filled() {
     let through = |n_cells| [false, true].map(|fills| openness_under_slit(n_cells, fills) - closed);
     let (narrow, wide) = (through(1.0), through(5.0));
     eprintln!("open through a slit of a cell: {narrow:?}, of 5: {wide:?}");
-    assert!(narrow[0] > 0.01 && narrow[1] < 0.1 * narrow[0], "{narrow:?}");
-    assert!((wide[1] / wide[0] - 1.0).abs() < 0.02, "{wide:?}");
+    assert!(
+        narrow[0] > 0.01 && narrow[1] < 0.1 * narrow[0],
+        "openness through a slit of a cell is {}, expected above 0.01; with gaps filled {}, expected below 0.1 of that",
+        narrow[0],
+        narrow[1]
+    );
+    assert!(
+        (wide[1] / wide[0] - 1.0).abs() < 0.02,
+        "openness through a slit of 5 cells with gaps filled is {}, expected that without, {}, within 2 %",
+        wide[1],
+        wide[0]
+    );
 }
 
 fn leak(thick: f32, between: Between, shifts: &[f32]) -> Vec<f64> {
@@ -367,7 +445,12 @@ fn walls_keep_most_light_out() {
     ] {
         let leaks = leak(thick, between, shifts);
         eprintln!("{between:?} of {thick} voxels: {leaks:.4?}");
-        assert!(leaks.iter().all(|leak| range.contains(leak)), "{between:?}, {thick}: {leaks:?}");
+        assert_each(
+            &format!("light behind {between:?} of {thick} voxels, relative to the lit room"),
+            &leaks,
+            &format!("within {range:?}"),
+            |leak| range.contains(leak),
+        );
     }
 }
 
@@ -393,6 +476,9 @@ fn settings_out_of_range_are_refused() {
         settings!(VoxelConeSettings { points_per_face: 0, ..base }),
     ] {
         let error = VoxelCone::new(gpu(), &world, settings, Vec3::ZERO).unwrap_err();
-        assert!(matches!(error, TechniqueError::Setting(_)), "{settings:?}: {error}");
+        assert!(
+            matches!(error, TechniqueError::Setting(_)),
+            "{settings:?}: the error is `{error}`, expected one of the settings"
+        );
     }
 }

@@ -67,10 +67,33 @@ fn a_panel_is_mirrored_in_a_glossy_floor() {
         settings!(VoxelConeSettings { specular: Specular::Fixed(10.0), ..base }),
     ));
     eprintln!("path tracer {expected:?}, cones {found:?}, without {without:?}, 10° {fixed:?}");
-    assert!((found.0 / expected.0 - 1.0).abs() < 0.2, "{found:?} for {expected:?}");
-    assert!((found.1 - expected.1).abs() < 1.0 && (found.2 - expected.2).abs() < 1.0);
-    assert!(without.0 < 0.3 * expected.0, "{without:?}");
-    assert!(fixed.0 != found.0 && (fixed.0 / expected.0 - 1.0).abs() < 0.25, "{fixed:?}");
+    assert!(
+        (found.0 / expected.0 - 1.0).abs() < 0.2,
+        "energy of the mirrored panel by cones is {}, expected the path tracer's {} within 20 %",
+        found.0,
+        expected.0
+    );
+    assert!(
+        (found.1 - expected.1).abs() < 1.0 && (found.2 - expected.2).abs() < 1.0,
+        "middle of the mirrored panel by cones is at pixel ({}, {}), expected the path tracer's ({}, {}) within 1",
+        found.1,
+        found.2,
+        expected.1,
+        expected.2
+    );
+    assert!(
+        without.0 < 0.3 * expected.0,
+        "energy of the mirrored panel without specular light is {}, expected below 0.3 of the path tracer's {}",
+        without.0,
+        expected.0
+    );
+    assert!(
+        fixed.0 != found.0 && (fixed.0 / expected.0 - 1.0).abs() < 0.25,
+        "energy of the mirrored panel by cones of 10° is {}, expected the path tracer's {} within 25 %, and another than the usual cones' {}",
+        fixed.0,
+        expected.0,
+        found.0
+    );
 }
 
 /// The block stands closer than where cones begin, so that it is missing from what they mirror: screen-space specular
@@ -97,7 +120,16 @@ fn what_stands_close_by_hides_what_is_mirrored() {
         [&expected, &without, &with].map(|picture| red(picture, [10, 13], [11, 12]));
     let [far_off, far_on] = [&without, &with].map(|picture| red(picture, [6, 14], [14, 20]));
     eprintln!("before the block: path tracer {near}, with {on}, without {off}");
-    assert!(off > 1.5 * near, "nothing close by is missing");
-    assert!(on > 0.8 * near && on - near < 0.75 * (off - near));
-    assert!((far_on / far_off - 1.0).abs() < 0.05, "{far_on} {far_off}");
+    assert!(
+        off > 1.5 * near,
+        "red light before the block without occlusion is {off}, expected above 1.5 of the path tracer's {near} for a test"
+    );
+    assert!(
+        on > 0.8 * near && on - near < 0.75 * (off - near),
+        "red light before the block with occlusion is {on}, expected above 0.8 of the path tracer's {near} and closer to it than 0.75 of the way from {off} without"
+    );
+    assert!(
+        (far_on / far_off - 1.0).abs() < 0.05,
+        "red light of the mirror image away from the block with occlusion is {far_on}, expected {far_off} as without, within 5 %"
+    );
 }

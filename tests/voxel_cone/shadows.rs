@@ -80,7 +80,10 @@ fn voxels_lit_by_shadow_maps_are_lit_as_by_rays() {
                 .unwrap();
         let mapped = mean(Session::of(&world, &eye(), technique), Some(maps));
         eprintln!("{light:?}: by rays {rays}, by maps {mapped}");
-        assert!(rays > 0.0 && (mapped / rays - 1.0).abs() < 0.03, "{mapped} for {rays}");
+        assert!(
+            rays > 0.0 && (mapped / rays - 1.0).abs() < 0.03,
+            "{light:?}: mean indirect light with shadow maps is {mapped}, expected that with rays, {rays}, above 0 and within 3 %"
+        );
     }
 }
 
@@ -99,12 +102,19 @@ fn cones_cast_soft_shadows_of_a_lamp() {
     let mean = |picture: &[Vec3]| picture.iter().map(|v| v.y).sum::<f32>() / picture.len() as f32;
     let ratio = mean(&cones) / mean(&rays);
     eprintln!("direct light by cones: {ratio} of that by rays");
-    assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
+    assert!(
+        (ratio - 1.0).abs() < 0.15,
+        "mean direct light of a lamp by cones is {ratio} of that by rays, expected 1 within 0.15"
+    );
     // Where rays find deep shadow.
     let deep: Vec<usize> = (0..rays.len()).filter(|&ix| rays[ix].y < 0.02 * mean(&rays)).collect();
     let left = deep.iter().map(|&ix| cones[ix].y).sum::<f32>() / deep.len() as f32 / mean(&rays);
     eprintln!("in {} pixels of deep shadow {left} of the mean light is left", deep.len());
-    assert!(deep.len() > 10 && left < 0.33, "{left}");
+    assert!(
+        deep.len() > 10 && left < 0.33,
+        "in {} pixels of deep shadow, expected above 10, {left} of the mean light is left by cones, expected below 0.33",
+        deep.len()
+    );
 }
 
 /// From buffers, cones cast the shadows that they cast from textures: the numbers are the same but for filtering in 32 bits.
@@ -119,8 +129,11 @@ fn cones_cast_the_same_shadows_from_buffers() {
         session.picture(&world, 2, Channel::Direct)
     });
     let bright = textures.iter().map(|v| v.max_element()).fold(0.0, f32::max);
-    assert!(bright > 0.0);
+    assert!(bright > 0.0, "the brightest direct light with textures is {bright}, expected above 0");
     for (ix, (one, other)) in textures.iter().zip(&buffers).enumerate() {
-        assert!((one - other).abs().max_element() < 2e-3 * bright, "pixel {ix}: {other} for {one}");
+        assert!(
+            (one - other).abs().max_element() < 2e-3 * bright,
+            "pixel {ix}: direct light by cones from buffers is {other}, from textures {one}; expected within 2e-3 of the brightest, {bright}"
+        );
     }
 }

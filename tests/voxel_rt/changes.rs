@@ -60,8 +60,15 @@ fn a_moved_light_arrives_within_eight_frames() {
     session.run(&after, 7);
     let new = session.mean(&after, 1, Channel::Indirect);
     eprintln!("from {old} to {settled}; after 8 frames {new}");
-    assert!(apart(old, settled) > 0.1, "the light changed too little to be a test");
-    assert!(apart(new, settled) < 0.05, "{new} for {settled}");
+    assert!(
+        apart(old, settled) > 0.1,
+        "indirect light from before is {old}, with the moved light {settled}: a relative change of {:.4}, expected above 0.1 for a test",
+        apart(old, settled)
+    );
+    assert!(
+        apart(new, settled) < 0.05,
+        "indirect light 8 frames after the light has moved is {new}, expected {settled} within 5 %"
+    );
 }
 
 /// A light that goes out leaves nothing behind, wherever its light came from.
@@ -85,8 +92,16 @@ fn light_goes_out(settings: VoxelRtSettings) {
     session.changed(Change::Lights);
     session.run(&dark, 15);
     let after = session.mean(&dark, 1, Channel::Indirect).max_element();
-    assert!(before > 0.01, "there was no light");
-    assert!(after < 0.01 * before, "{after} of {before} with {:?}", settings.direct);
+    assert!(
+        before > 0.01,
+        "{:?}: indirect light before the light goes out is {before}, expected above 0.01",
+        settings.direct
+    );
+    assert!(
+        after < 0.01 * before,
+        "{:?}: indirect light 16 frames after the light has gone out is {after}, expected below 0.01 of {before}",
+        settings.direct
+    );
 }
 
 /// Sixteen frames after the board has moved, the picture is that of a technique which never knew it
@@ -109,11 +124,15 @@ fn leaves_no_ghost(change: Change) {
         (squares.sum::<f64>() / settled.len() as f64).sqrt() / f64::from(bright)
     };
     eprintln!("{change:?}: before {:.4}, after {:.4}", difference(&old), difference(&new));
-    assert!(difference(&old) > 0.05, "the board's move is too small to be a test");
+    assert!(
+        difference(&old) > 0.05,
+        "{change:?}: pictures before and after the board's move differ by {:.4}, expected above 0.05 for a test",
+        difference(&old)
+    );
     // 30 frames of 4 points a face against 112: noise, a tenth of the difference.
     assert!(
         difference(&new) < 0.2 * difference(&old),
-        "{} of {}",
+        "{change:?}: the picture differs from the settled one by {:.4}, expected below 0.2 of the {:.4} from before the move",
         difference(&new),
         difference(&old)
     );

@@ -2,7 +2,7 @@
 //! What a technique meets at the ends of its range.
 
 use crate::furnace::EMISSION;
-use crate::harness::{gpu, read};
+use crate::harness::{assert_each, differing_bytes, gpu, read};
 use crate::leaks::{Between, dark_over_lit, divided_room};
 use crate::session::{SIDE, Session, camera, lit_room, upload};
 use crate::support::{lambert, room, scene};
@@ -28,9 +28,14 @@ fn the_same_input_gives_the_same_bytes() {
     let world = upload(&lit_room());
     let run = || Session::new(&world, &eye(), small(20)).run(&world, 12);
     let (first, second) = (run(), run());
-    assert!(bytemuck::cast_slice::<_, u8>(&first) == bytemuck::cast_slice::<_, u8>(&second));
+    let [a, b] = [&first, &second].map(|sums| bytemuck::cast_slice::<_, u8>(sums));
+    assert!(a == b, "sums of two runs: {}", differing_bytes(b, a));
     let lit = first.iter().filter(|pixel| pixel.indirect != Vec3::ZERO).count();
-    assert!(lit > first.len() / 2, "{lit} pixels have indirect light");
+    assert!(
+        lit > first.len() / 2,
+        "{lit} of {} pixels have indirect light, expected above half",
+        first.len()
+    );
 }
 
 /// Grids of one voxel, of sizes that are multiples of nothing, and as fine as they get for the room.
@@ -43,10 +48,18 @@ fn any_resolution_gives_finite_light() {
         let mean = session.mean(&world, 4, Channel::Indirect);
         // A voxel as large as the room is met from outside alone, where it is dark.
         let lit = resolution == 1 || mean.min_element() > 0.0;
-        assert!(mean.is_finite() && lit, "{resolution}: {mean}");
+        assert!(
+            mean.is_finite() && lit,
+            "{resolution} voxels: mean indirect light is {mean}, expected finite, and above 0 with more than 1 voxel"
+        );
         let counts: Vec<u32> =
             bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
-        assert!(counts[0] > 0 && counts[1] == 0, "{resolution}: {counts:?}");
+        assert!(
+            counts[0] > 0 && counts[1] == 0,
+            "{resolution} voxels: {} are made and {} left out, expected some and none",
+            counts[0],
+            counts[1]
+        );
     }
 }
 
@@ -54,7 +67,12 @@ fn any_resolution_gives_finite_light() {
 fn without_lights_it_stays_dark() {
     let world = upload(&Scene { lights: Vec::new(), ..lit_room() });
     let pixels = Session::new(&world, &eye(), small(16)).run(&world, 6);
-    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_rejected == 0));
+    assert_each(
+        "sums of pixels without lights",
+        &pixels,
+        "without indirect light and rejected samples",
+        |pixel| pixel.indirect == Vec3::ZERO && pixel.n_rejected == 0,
+    );
 }
 
 #[test]
@@ -62,10 +80,15 @@ fn an_empty_scene_is_empty() {
     let world = upload(&Scene::default());
     let mut session = Session::new(&world, &eye(), small(16));
     let pixels = session.run(&world, 3);
-    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces == 0));
+    assert_each(
+        "sums of pixels of an empty scene",
+        &pixels,
+        "without indirect light and surfaces",
+        |pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces == 0,
+    );
     let counts: Vec<u32> =
         bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().counts[0]));
-    assert_eq!(counts[..2], [0, 0]);
+    assert_eq!(counts[..2], [0, 0], "voxels made and left out of an empty scene");
 }
 
 /// Every source of light and every strategy of writing lights the room. The exact mean of the light's rays
@@ -86,11 +109,20 @@ fn every_way_of_injecting_lights_the_room() {
         let lights = mean(DirectLight::FromLights(rays)) / own;
         let camera = mean(DirectLight::FromCamera(rays)) / own;
         eprintln!("{strategy:?}: from the lights {lights}, from the camera {camera}");
-        assert!(camera > 0.2 && camera < lights, "{strategy:?}: {camera}");
+        assert!(
+            camera > 0.2 && camera < lights,
+            "{strategy:?}: mean indirect light injected from the camera is {camera} of the faces' own, expected above 0.2 and below the {lights} from the lights"
+        );
         match strategy {
-            WriteStrategy::Exact => assert!((lights - 1.0).abs() < 0.1, "{lights}"),
+            WriteStrategy::Exact => assert!(
+                (lights - 1.0).abs() < 0.1,
+                "{strategy:?}: mean indirect light injected from the lights is {lights} of the faces' own, expected 1 within 0.1"
+            ),
             // 8 bits, of the light at an eighth of the diagonal; and Max takes the largest.
-            _ => assert!(lights > 0.5 && lights < 2.0, "{strategy:?}: {lights}"),
+            _ => assert!(
+                lights > 0.5 && lights < 2.0,
+                "{strategy:?}: mean indirect light injected from the lights is {lights} of the faces' own, expected 0.5 to 2"
+            ),
         }
     }
 }
@@ -116,18 +148,30 @@ fn a_scene_outside_the_grid_is_dark() {
     let mut session = Session::new(&inside, &eye(), settings);
     session.run(&inside, 32);
     let before = session.mean(&inside, 16, Channel::Indirect).y;
-    assert!(before > 0.0 && n_voxels(&session) > 0);
+    assert!(
+        before > 0.0 && n_voxels(&session) > 0,
+        "inside the grid: mean indirect light is {before}, of {} voxels, expected both above 0",
+        n_voxels(&session)
+    );
     session.camera.position.x += 50.0;
     session.changed(Change::Geometry);
     let pixels = session.run(&outside, 4);
-    assert!(pixels.iter().all(|pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces > 0));
-    assert_eq!(n_voxels(&session), 0);
+    assert_each(
+        "sums of pixels outside the grid",
+        &pixels,
+        "of surfaces without indirect light",
+        |pixel| pixel.indirect == Vec3::ZERO && pixel.n_surfaces > 0,
+    );
+    assert_eq!(n_voxels(&session), 0, "voxels of a scene outside the grid");
     session.camera.position.x -= 50.0;
     session.changed(Change::Geometry);
     session.run(&inside, 32);
     let after = session.mean(&inside, 16, Channel::Indirect).y;
     eprintln!("back in the grid: {after} for {before}");
-    assert!((after / before - 1.0).abs() < 0.05, "{after} for {before}");
+    assert!(
+        (after / before - 1.0).abs() < 0.05,
+        "mean indirect light back in the grid is {after}, expected {before} within 5 %"
+    );
 }
 
 /// A light of no number is left out and counted, and nothing of it stays.
@@ -142,10 +186,19 @@ fn what_is_not_finite_is_counted_and_left_out() {
     let world = upload(&world);
     let mut session = Session::new(&world, &eye(), small(16));
     let pixels = session.run(&world, 8);
-    assert!(pixels.iter().all(|pixel| pixel.indirect.is_finite()));
+    assert_each(
+        "sums of pixels under an infinite light",
+        &pixels,
+        "of finite indirect light",
+        |pixel| pixel.indirect.is_finite(),
+    );
     let rejected: Vec<u32> =
         bytemuck::pod_collect_to_vec(&read(&session.technique.buffers().faults));
-    assert!(rejected[0] > 0);
+    assert!(
+        rejected[0] > 0,
+        "{} values under an infinite light are counted as rejected, expected some",
+        rejected[0]
+    );
 }
 
 #[test]
@@ -156,7 +209,12 @@ fn colors_of_no_number_do_no_harm() {
     }
     let world = upload(&world);
     let pixels = Session::new(&world, &eye(), small(16)).run(&world, 6);
-    assert!(pixels.iter().all(|pixel| pixel.indirect.is_finite()));
+    assert_each(
+        "sums of pixels with vertex colours of NaN",
+        &pixels,
+        "of finite indirect light",
+        |pixel| pixel.indirect.is_finite(),
+    );
 }
 
 #[test]
@@ -178,7 +236,10 @@ fn settings_out_of_range_are_refused() {
         settings!(VoxelRtSettings { direct: no_rays, ..Default::default() }),
     ] {
         let error = VoxelRt::new(gpu(), &world, settings, Vec3::ZERO).unwrap_err();
-        assert!(matches!(error, TechniqueError::Setting { .. }), "{settings:?}: {error}");
+        assert!(
+            matches!(error, TechniqueError::Setting { .. }),
+            "{settings:?}: the error is `{error}`, expected one of the settings"
+        );
     }
 }
 
@@ -200,8 +261,14 @@ fn valid_lookups_have_no_dark_streaks() {
     let (valid, plain, seven) =
         (darkest(Lookup::Valid), darkest(Lookup::Trilinear), darkest(Lookup::SevenTap));
     eprintln!("darkest pixel: valid {valid}, trilinear {plain}, seven taps {seven}");
-    assert!(valid > 0.9);
-    assert!(plain < 0.7);
+    assert!(
+        valid > 0.9,
+        "the darkest pixel of valid look-ups is {valid:.3} of the truth, expected above 0.9"
+    );
+    assert!(
+        plain < 0.7,
+        "the darkest pixel of trilinear look-ups is {plain:.3} of the truth, expected below 0.7"
+    );
 }
 
 fn leak(wall: [f32; 2], between: Between) -> f64 {
@@ -222,7 +289,14 @@ fn keeps_light_out(between: Between, thick: f32) {
         leak([a, a + thick * voxel], between)
     });
     eprintln!("{between:?} of {thick} voxels: {leaks:.5?}");
-    assert!(leaks.iter().all(|&leak| leak < 0.02), "{leaks:?}");
+    assert_each(
+        &format!(
+            "light behind {between:?} of {thick} voxels, relative to the lit room, at five places"
+        ),
+        &leaks,
+        "below 0.02",
+        |&leak| leak < 0.02,
+    );
 }
 
 #[test]
@@ -255,5 +329,8 @@ fn open_doors_let_light_in() {
         f64::from(picture.iter().map(|v| v.x).sum::<f32>()) / picture.len() as f64
     });
     eprintln!("through the door: {leak}, path tracer {traced}");
-    assert!((leak / traced - 1.0).abs() < 0.03, "{leak} for {traced}");
+    assert!(
+        (leak / traced - 1.0).abs() < 0.03,
+        "light through the open door is {leak} of the lit room's, expected the path tracer's {traced} within 3 %"
+    );
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the kernel voxel_light/gather finds, face by face, against closed forms.
 
-use crate::harness::read;
+use crate::harness::{assert_each, read};
 use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, scene};
 use glam::{DVec3, Vec3};
@@ -68,20 +68,36 @@ fn check_direct(direct: DirectLight, weight: fn(f64) -> f64, tolerance: f64) {
         let corner = [at(0, packed & 1023), at(2, packed >> 20)];
         let faces = &lights[6 * slot..6 * slot + 6];
         // Nothing is reflected, and from the sides the floor is not to be seen.
-        assert!(
-            faces.iter().all(|face| face.indirect == Vec3::ZERO && face.feedback == Vec3::ZERO)
+        let what = format!("{direct:?}, cell at {corner:?}");
+        assert_each(
+            &format!("{what}: lights of faces"),
+            faces,
+            "without reflected light",
+            |face| face.indirect == Vec3::ZERO && face.feedback == Vec3::ZERO,
         );
-        assert!([0, 1, 4, 5].iter().all(|&side| faces[side].n_hits == 0.0), "{corner:?}");
+        for side in [0, 1, 4, 5] {
+            assert_eq!(
+                faces[side].n_hits, 0.0,
+                "{what}: hits of side {side}, from which the floor is not seen"
+            );
+        }
         let Some(expected) = mean_irradiance(corner, cell, weight) else { continue };
         let up = faces[2];
         let inside = [0, 1].map(|k| (corner[k] + cell).min(2.0) - corner[k].max(-2.0));
         let covered = inside[0] * inside[1] / (cell * cell);
-        assert!((f64::from(up.n_hits / up.n_rays) - covered).abs() < 0.05, "{corner:?}: {up:?}");
+        assert!(
+            (f64::from(up.n_hits / up.n_rays) - covered).abs() < 0.05,
+            "{what}: {} of the upper face's rays hit, expected {covered} within 0.05",
+            up.n_hits / up.n_rays
+        );
         worst = worst.max((f64::from(up.direct.y) / expected - 1.0).abs());
         n += 1;
     }
     eprintln!("{direct:?}: {n} faces, off by {worst} at most");
-    assert!(n > 200 && worst < tolerance, "{n} faces, {worst}");
+    assert!(
+        n > 200 && worst < tolerance,
+        "{direct:?}: {n} faces are compared, expected above 200; direct light is off by {worst} of the mean irradiance at most, expected below {tolerance}"
+    );
 }
 
 /// Faces draw points evenly: the mean of the irradiance over the area. 260 points of a scrambled net

@@ -67,16 +67,26 @@ mod of_any_size {
             (*session.technique.reach(), session.technique.light().n_levels())
         };
         let (alone, n) = reach(&world, Levels::Auto);
-        assert!(n == 1 && !alone.is_coarse() && !alone.is_cut, "{alone:?}");
+        assert!(
+            n == 1 && !alone.is_coarse() && !alone.is_cut,
+            "a room alone has {n} levels, expected 1 that is neither coarse nor cut: {alone:?}"
+        );
         world.meshes.push(crate::support::floor(1000.0, -0.01, 0));
         let world_from_object = glam::Affine3A::IDENTITY;
         world
             .instances
             .push(lucerna::scene::Instance { mesh: world.meshes.len() - 1, world_from_object });
         let (one, _) = reach(&world, Levels::Nested(1));
-        assert!(one.is_coarse() && one.finest_cell > 30.0, "{one:?}");
+        assert!(
+            one.is_coarse() && one.finest_cell > 30.0,
+            "one level beside a large ground, expected coarse cells above 30 m: {one:?}"
+        );
         let (auto, n) = reach(&world, Levels::Auto);
-        assert!(!auto.is_coarse() && n == 4 && auto.coarsest_cell == one.finest_cell, "{auto:?}");
+        assert!(
+            !auto.is_coarse() && n == 4 && auto.coarsest_cell == one.finest_cell,
+            "levels of a room beside a large ground are {n}, expected 4 that are not coarse, the coarsest cell {}: {auto:?}",
+            one.finest_cell
+        );
     }
 }
 

@@ -41,11 +41,14 @@ pub fn indirect_scales_with_the_lights<T: Technique>(make: &Make<T>) {
         indirect(&world, make)
     };
     let one = lit(1.0);
-    assert!(one > 0.0);
+    assert!(one > 0.0, "mean indirect light of lamp and point light is {one}, expected above 0");
     for k in [1e-6f32, 1e-3, 1e6] {
         let ratio = lit(k) / f64::from(k) / one;
         println!("{k:e} times the light: {ratio:.5}");
-        assert!((ratio - 1.0).abs() <= 0.01, "{k}: {ratio}");
+        assert!(
+            (ratio - 1.0).abs() <= 0.01,
+            "{k:e} times the light: mean indirect light is {ratio} times as much per unit, expected 1 within 0.01"
+        );
     }
 }
 
@@ -88,6 +91,9 @@ pub fn a_large_scene_does_not_darken_a_room<T: Technique>(
         meshes.into_iter().for_each(|mesh| add(&mut world, mesh));
         let ratio = indirect(&world, make) / truth;
         println!("{what}: {ratio:.4}");
-        assert!((ratio - 1.0).abs() <= tolerance, "{what}: {ratio}");
+        assert!(
+            (ratio - 1.0).abs() <= tolerance,
+            "{what}: mean indirect light of the room is {ratio} of the path tracer's, expected 1 within {tolerance}"
+        );
     }
 }

@@ -103,7 +103,7 @@ impl<T: Technique> Session<T> {
             submit(|recorder| self.passes.record(recorder, scene, view, technique)).unwrap();
         }
         let stripes = self.passes.accumulator.film().stripes();
-        assert_eq!(stripes.len(), 1);
+        assert_eq!(stripes.len(), 1, "stripes of the film");
         bytemuck::pod_collect_to_vec(&read(&stripes[0].sums))
     }
 
