@@ -2,7 +2,7 @@
 //! What is smaller than a pixel, nearer than a centimetre, brighter or dimmer than 16-bit floats hold, or more than a driver
 //! loops.
 
-use crate::harness::{gpu, read};
+use crate::harness::{Largest, gpu, read};
 use crate::support::{add_texture, diffuse, emitter, lambert, look_down, quad, scene};
 use crate::whole::{Rendered, accumulated, render};
 use glam::{UVec2, Vec3};
@@ -39,7 +39,7 @@ fn an_emitter_smaller_than_a_pixel_counts_by_what_it_covers() {
         let error = emitted[2 * 4 + 2] / (Vec3::new(3.0, 2.0, 1.0) * coverage) - 1.0;
         println!("{x:?} {z:?}: off by {:.2} %", 100.0 * error.x);
         assert!(
-            error.abs().max_element() <= 0.02,
+            error.largest() <= 0.02,
             "emitter at x {x:?}, z {z:?}: emitted light is {}, expected {coverage} of its radiance: off by {error}, expected at most 0.02",
             emitted[2 * 4 + 2]
         );
@@ -168,7 +168,7 @@ fn pictures_scale_with_the_lights() {
     let one = light(1.0);
     for k in [1e-6f32, 1e-3, 1e3, 1e6] {
         for (scaled, plain) in light(k).iter().flatten().zip(one.iter().flatten()) {
-            let error = (*scaled / k - *plain).abs().max_element();
+            let error = (*scaled / k - *plain).largest();
             assert!(
                 error <= 1e-3 * plain.max_element(),
                 "{k:e} times the light: a pixel is {} per unit, expected {plain} within 1e-3 of its largest",
@@ -195,7 +195,7 @@ fn direct_light_is_right_or_counted() {
         bytemuck::pod_read_unaligned(&read(found.passes.direct.faults())[..8]);
     assert_eq!(n_rejected, 0, "pixels are rejected, expected none");
     let direct = found.channel(Channel::Direct);
-    let n_wrong = direct.iter().filter(|rgb| (**rgb - 0.8).abs().max_element() > 0.08).count();
+    let n_wrong = direct.iter().filter(|rgb| (**rgb - 0.8).largest() > 0.08).count();
     println!("{}: {n_wrong} wrong, {n_cut} counted", gpu().device.adapter_info().name);
     assert!(
         n_wrong as u32 <= n_cut,

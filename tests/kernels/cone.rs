@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Cones: the medium that voxels are, sets of cones, prefiltering, and tracing.
 
-use crate::harness::{Random, gpu, map, read, storage, submit};
+use crate::harness::{Largest, Random, gpu, map, read, storage, submit};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4, UVec3, Vec3, Vec4};
 use half::f16;
@@ -187,7 +187,7 @@ fn cone_sets_integrate_the_cosine() {
         let moments: DVec4 = of_set.iter().map(|out| out[1].v.as_dvec4()).sum();
         let expected = DVec4::new(1.0, 2.0 / 3.0, 0.25, 0.0);
         assert!(
-            (moments - expected).abs().max_element() < 1e-3,
+            (moments - expected).largest() < 1e-3,
             "set of {n} cones: moments of drawn directions are {moments}, expected {expected} within 1e-3"
         );
     }
@@ -580,7 +580,7 @@ fn cones_in_a_uniform_medium() {
                 );
                 let light = DVec3::new(2.0, 1.0, 0.5) * (1.0 - passed);
                 assert!(
-                    (found.radiance.as_dvec3() - light).abs().max_element() < 4e-3,
+                    (found.radiance.as_dvec3() - light).largest() < 4e-3,
                     "{what}: radiance is {}, expected {light} within 4e-3",
                     found.radiance
                 );
@@ -784,7 +784,7 @@ fn levels_meet_without_a_seam() {
             );
             let light = found.radiance.as_dvec3() / DVec3::new(2.0, 1.0, 0.5);
             assert!(
-                (light / (1.0 - passed) - 1.0).abs().max_element() < 0.01,
+                (light / (1.0 - passed) - 1.0).largest() < 0.01,
                 "{what}: light relative to the medium's is {light}, expected {} within 1 %",
                 1.0 - passed
             );
@@ -827,7 +827,7 @@ fn walls_look_alike_in_every_level() {
             n_seen += 1;
             let light = found.radiance.as_dvec3() / DVec3::new(2.0, 1.0, 0.5) / hidden;
             assert!(
-                (light - 1.0).abs().max_element() < 0.01,
+                (light - 1.0).largest() < 0.01,
                 "{cone:?}: light relative to the wall's and to the share hidden, {hidden}, is {light}, expected 1 within 0.01"
             );
         }
@@ -865,7 +865,7 @@ fn concave_corners_are_closed() {
         &inputs,
     );
     for ((coverage, depth, expected), found) in cases.iter().zip(&found) {
-        let error = (found.v.truncate() - Vec3::from(*expected)).abs().max_element();
+        let error = (found.v.truncate() - Vec3::from(*expected)).largest();
         assert!(
             error < 1e-5,
             "coverage {coverage:?}, depth {depth:?}: opacity is {}, expected {expected:?} within 1e-5",
@@ -986,7 +986,7 @@ fn buffers_and_textures_agree() {
             one.transmittance
         );
         assert!(
-            (one.radiance - other.radiance).abs().max_element() < 8e-3,
+            (one.radiance - other.radiance).largest() < 8e-3,
             "{what}: radiance is {}, expected the textures' {} within 8e-3",
             other.radiance,
             one.radiance

@@ -20,3 +20,47 @@ pub fn differing_bytes(found: &[u8], expected: &[u8]) -> String {
     });
     format!("{n} of {} bytes differ{first}", found.len())
 }
+
+/// Maxima and minima that keep NaN, so that a comparison with a bound fails: those of the standard library and of glam
+/// (all but the last component) leave it out.
+pub trait KeepNan {
+    fn max_nan(self, other: Self) -> Self;
+    #[allow(dead_code)] // each test target takes what it needs
+    fn min_nan(self, other: Self) -> Self;
+}
+
+macro_rules! keep_nan {
+    ($($number:ty),*) => {
+        $(impl KeepNan for $number {
+            fn max_nan(self, other: Self) -> Self {
+                if self.is_nan() || self > other { self } else { other }
+            }
+
+            fn min_nan(self, other: Self) -> Self {
+                if self.is_nan() || self < other { self } else { other }
+            }
+        })*
+    };
+}
+
+keep_nan!(f32, f64);
+
+/// The largest magnitude of a vector's components; NaN if one is.
+pub trait Largest {
+    type Number;
+    fn largest(self) -> Self::Number;
+}
+
+macro_rules! largest {
+    ($($vector:ident: $number:ty),*) => {
+        $(impl Largest for glam::$vector {
+            type Number = $number;
+
+            fn largest(self) -> $number {
+                self.to_array().into_iter().map(<$number>::abs).fold(0.0, <$number>::max_nan)
+            }
+        })*
+    };
+}
+
+largest!(Vec2: f32, Vec3: f32, Vec4: f32, DVec2: f64, DVec3: f64, DVec4: f64);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/light/next_event.wgsl`, and what it weighs with.
 
-use crate::harness::{Random, map};
+use crate::harness::{Largest, Random, map};
 use glam::{DVec3, Vec3, Vec4};
 use std::f64::consts::PI;
 
@@ -104,9 +104,8 @@ fn light_and_its_weight_match_f64() {
         }
         let irradiance = draw.sent.as_dvec3() * cosine;
         let reflected = irradiance * f64::from(draw.albedo) / PI;
-        let near = |a: Vec3, b: DVec3| {
-            (a.as_dvec3() - b).abs().max_element() <= 1e-6 * b.max_element() / cosine
-        };
+        let near =
+            |a: Vec3, b: DVec3| (a.as_dvec3() - b).largest() <= 1e-6 * b.max_element() / cosine;
         assert!(
             near(found.irradiance, irradiance),
             "{draw:?}: irradiance is {}, expected {irradiance} within {:.1e} of its largest",

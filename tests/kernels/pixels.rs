@@ -2,7 +2,7 @@
 //! The kernels of a picture's pixels, over surfaces that are made up.
 
 use crate::bsdf::Material;
-use crate::harness::{Random, gpu, read, storage, submit};
+use crate::harness::{Largest, Random, gpu, read, storage, submit};
 use crate::picture::{
     POISON, Picture, PixelRecord, color, pixel_module, random_surface, target, texels, texture,
 };
@@ -132,7 +132,7 @@ fn composite_adds_a_frame_to_the_sums() {
                     expected.n_rejected += 1;
                 }
                 let actual = after[slot];
-                let close = |a: Vec3, b: Vec3| (a - b).abs().max_element() <= 1e-5;
+                let close = |a: Vec3, b: Vec3| (a - b).largest() <= 1e-5;
                 let counts = |of: PixelSums| [of.n_samples, of.n_rejected, of.n_surfaces];
                 assert!(
                     counts(actual) == counts(expected)
@@ -150,7 +150,7 @@ fn composite_adds_a_frame_to_the_sums() {
                     + expected.direct.as_dvec3()
                     + expected.indirect.as_dvec3();
                 let mean = (total / f64::from(n)).extend(1.0);
-                let off = (shown[ix].as_dvec4() - mean).abs().max_element();
+                let off = (shown[ix].as_dvec4() - mean).largest();
                 assert!(off < 1e-5, "{what}: beauty {}, expected {mean} to 1e-5", shown[ix]);
             }
             let left = bytemuck::cast_slice::<_, u32>(&before[n_sums..]);
@@ -325,7 +325,7 @@ fn direct_light_is_reflected_as_in_f64() {
                 continue;
             }
             n_lit += usize::from(expected != DVec3::ZERO);
-            let off = (texel.truncate().as_dvec3() - expected).abs().max_element();
+            let off = (texel.truncate().as_dvec3() - expected).largest();
             assert!(
                 off <= bound && texel.w == 1.0,
                 "{n_lights} lights, {size}, pixel {ix}, {pixel:?}: {texel}, expected {expected} to {bound:e}"

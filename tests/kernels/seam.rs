@@ -2,7 +2,7 @@
 //! The scene seam over lucerna's own scene, function by function: surfaces with their textures, and the types' functions.
 
 use crate::bsdf::hemispherical_albedo;
-use crate::harness::{Random, gpu, map, read, storage, submit};
+use crate::harness::{Largest, Random, gpu, map, read, storage, submit};
 use crate::picture::color;
 use crate::texture_oracle::sample;
 use bytemuck::{NoUninit, Pod, Zeroable};
@@ -303,7 +303,7 @@ fn surfaces_have_their_materials_textures_and_normals() {
             let Some(expected) = expected(&world, mesh, weights, !diffuse_only) else { continue };
             n_checked += 1;
             let near = |found: Vec3, expected: DVec3, bound: f64, quantity: &str| {
-                let off = (found.as_dvec3() - expected).abs().max_element();
+                let off = (found.as_dvec3() - expected).largest();
                 assert!(
                     off <= bound,
                     "{quantity} at {weights} of mesh {}, diffuse {diffuse_only}: {found}, expected {expected} to {bound:e}; {material:?}",
@@ -455,7 +455,7 @@ fn footprints_read_the_mips_of_their_width() {
         let lower = level.floor() as usize;
         let expected = of_mip(lower).lerp(of_mip(lower + 1), level.fract());
         let actual = DVec2::new(found.gloss.x.into(), found.gloss.y.into());
-        let off = (actual - DVec2::new(expected.z, expected.y)).abs().max_element();
+        let off = (actual - DVec2::new(expected.z, expected.y)).largest();
         assert!(
             off < 2.5 / 255.0,
             "metallic, roughness at level {level:.3} of mesh {}: {actual}, expected {:.5} {:.5} to 0.01",

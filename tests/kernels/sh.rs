@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/sh`.
 
-use crate::harness::{Random, map};
+use crate::harness::{KeepNan, Largest, Random, map};
 use crate::math::directions;
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -135,10 +135,7 @@ fn evaluate(c: &[Slot], d: DVec3) -> DVec3 {
 
 /// Σ |cⱼ| max |Yⱼ|, to which errors are relative.
 fn magnitude(c: &[Slot]) -> f64 {
-    c.iter()
-        .zip(bands(c.len()))
-        .map(|(&c, (l, _))| vector(c).abs().max_element() * band_max(l))
-        .sum()
+    c.iter().zip(bands(c.len())).map(|(&c, (l, _))| vector(c).largest() * band_max(l)).sum()
 }
 
 fn direction_slots(n: usize, seed: u64) -> Vec<Slot> {
@@ -169,7 +166,7 @@ where
                 "{name}: Y({l}, {m}) of {input:?} is {}, expected {expected} within 2e-6 of the band's largest",
                 output[ix]
             );
-            worst[l] = worst[l].max(error);
+            worst[l] = worst[l].max_nan(error);
         }
     }
     eprintln!("{name}: worst errors by band {worst:.1?}e-9", worst = worst.map(|e| e * 1e9));
@@ -239,7 +236,7 @@ fn basis_is_orthonormal() {
                 "⟨Y{i}, Y{j}⟩ is {product}, expected {} within 1.5e-5",
                 u8::from(i == j)
             );
-            worst = worst.max(error);
+            worst = worst.max_nan(error);
         }
     }
     eprintln!("orthonormality: worst {worst:e}");
@@ -280,7 +277,7 @@ fn evaluation_is_the_sum() {
         let tolerance = 1e-6 + (N + 1) as f64 * 6e-8;
         for ((input, direction), output) in inputs.iter().zip(&directions).zip(&outputs) {
             let expected = evaluate(input, direction.as_dvec3());
-            let error = (vector(*output) - expected).abs().max_element();
+            let error = (vector(*output) - expected).largest();
             assert!(
                 error < tolerance * magnitude(input),
                 "{name} at {direction} is {output:?}, expected {expected} within {:.1e}",
@@ -329,8 +326,8 @@ fn accumulation_adds_the_weighted_basis() {
             for (ix, y) in values.into_iter().enumerate() {
                 let start = DVec3::new(ix as f64, 1.0, -0.5);
                 let expected = start + vector(input[1]) * y;
-                let error = (vector(output[ix]) - expected).abs().max_element();
-                let tolerance = 2e-6 + 6e-8 * expected.abs().max_element();
+                let error = (vector(output[ix]) - expected).largest();
+                let tolerance = 2e-6 + 6e-8 * expected.largest();
                 assert!(
                     error < tolerance,
                     "{name} of {input:?}: coefficient {ix} is {:?}, expected {expected} within {tolerance:.1e}",
@@ -384,14 +381,14 @@ fn projection_gives_the_coefficients_back() {
         let mut worst = 0.0f64;
         for (input, output) in inputs.iter().zip(&outputs) {
             for ix in 0..N {
-                let error = (vector(output[ix]) - vector(input[ix])).abs().max_element();
+                let error = (vector(output[ix]) - vector(input[ix])).largest();
                 assert!(
                     error < 4e-5,
                     "order {order}: coefficient {ix} is {:?} and comes back as {:?}, expected within 4e-5",
                     input[ix],
                     output[ix]
                 );
-                worst = worst.max(error);
+                worst = worst.max_nan(error);
             }
         }
         eprintln!("projection of order {order}: worst error {worst:e}");
@@ -459,25 +456,25 @@ fn order_seven_is_right() {
     for (input, [value, accumulated, convolved]) in inputs.iter().zip(&outputs) {
         let (d, seed) = (vector(*input), input[3].to_bits());
         let c = hashed(seed);
-        let error = (vector(*value) - evaluate(&c, d)).abs().max_element() / magnitude(&c);
+        let error = (vector(*value) - evaluate(&c, d)).largest() / magnitude(&c);
         assert!(
             error < 1e-6 + 65.0 * 6e-8,
             "sh_evaluate of {input:?} is {value:?}, expected {}: off by {error:.1e} of the magnitude, expected below {:.1e}",
             evaluate(&c, d),
             1e-6 + 65.0 * 6e-8
         );
-        worst = worst.max(error);
+        worst = worst.max_nan(error);
         let ix = (seed % 64) as usize;
         let (l, m) = bands(64)[ix];
         let expected = vector(c[ix]) + DVec3::new(1.0, -2.0, 0.5) * y(l, m, d);
-        let error = (vector(*accumulated) - expected).abs().max_element();
+        let error = (vector(*accumulated) - expected).largest();
         assert!(
             error < 2.0 * 1e-6 * band_max(l) + 3e-7,
             "coefficient {ix} of {input:?} is accumulated to {accumulated:?}, expected {expected} within {:.1e}",
             2.0 * 1e-6 * band_max(l) + 3e-7
         );
         let expected = vector(c[ix]) * factors[l];
-        let error = (vector(*convolved) - expected).abs().max_element();
+        let error = (vector(*convolved) - expected).largest();
         assert!(
             error < 5e-7,
             "coefficient {ix} of {input:?} is convolved to {convolved:?}, expected {expected} within 5e-7"
@@ -522,7 +519,7 @@ fn projection_of_order_seven_gives_the_coefficients_back() {
                 .zip(&basis)
                 .map(|(((_, w), value), y)| vector(*value) * f64::from(y[ix]) * *w)
                 .sum();
-            let error = (sum - vector(function[ix])).abs().max_element();
+            let error = (sum - vector(function[ix])).largest();
             assert!(
                 error < 6e-5,
                 "function {seed}: coefficient {ix} is projected to {sum}, expected {:?} within 6e-5",
@@ -581,7 +578,7 @@ fn convolution_scales_each_band() {
         for (input, output) in inputs.iter().zip(&outputs) {
             for ix in 0..N {
                 let expected = vector(input[ix]) * factors[table[ix].0];
-                let error = (vector(output[ix]) - expected).abs().max_element();
+                let error = (vector(output[ix]) - expected).largest();
                 assert!(
                     error < 5e-7,
                     "{name} of {input:?}: coefficient {ix} is {:?}, expected {expected} within 5e-7",
@@ -713,13 +710,13 @@ fn irradiance_is_the_integral_over_the_hemisphere() {
                 }
                 evaluate(&c, n)
             };
-            let error = (vector(*output) - expected).abs().max_element() / magnitude(input);
+            let error = (vector(*output) - expected).largest() / magnitude(input);
             assert!(
                 error < 2e-6 * PI,
                 "{path} of {input:?} is {output:?}, expected {expected}: off by {error:.1e} of the magnitude, expected below {:.1e}",
                 2e-6 * PI
             );
-            worst = worst.max(error);
+            worst = worst.max_nan(error);
         }
         eprintln!("{path}: worst relative error {worst:e}");
     }
@@ -752,7 +749,7 @@ fn irradiance_of_one_light_has_the_stated_error() {
         let errors = inputs.iter().zip(&outputs).map(|(input, output)| {
             (f64::from(output[0]) - direction_of(input).dot(light).max(0.0)).abs()
         });
-        errors.fold(0.0, f64::max)
+        errors.fold(0.0, f64::max_nan)
     }
     let first = worst::<4>("convolve::sh1_irradiance");
     let second = worst::<9>("convolve::sh2_irradiance");
@@ -832,13 +829,13 @@ fn rotation_moves_the_function() {
             let input = &input[..N];
             for _ in 0..3 {
                 let d = random.direction().as_dvec3().normalize();
-                let error = (evaluate(output, *r * d) - evaluate(input, d)).abs().max_element()
-                    / magnitude(input);
+                let error =
+                    (evaluate(output, *r * d) - evaluate(input, d)).largest() / magnitude(input);
                 assert!(
                     error < 1e-6,
                     "order {order}: the function turned by {r} is off at {d} by {error:e} of the magnitude, expected below 1e-6"
                 );
-                worst = worst.max(error);
+                worst = worst.max_nan(error);
             }
             // Power stays in its band.
             for l in 0..=order {
@@ -859,7 +856,7 @@ fn rotation_moves_the_function() {
         // The identity is exact but for a rounding or two.
         for (ix, (before, after)) in inputs[0].iter().zip(&outputs[0]).enumerate() {
             assert!(
-                (vector(*before) - vector(*after)).abs().max_element() < 5e-7,
+                (vector(*before) - vector(*after)).largest() < 5e-7,
                 "order {order}: coefficient {ix} is {before:?} and turned by nothing {after:?}, expected within 5e-7"
             );
         }
@@ -1063,11 +1060,11 @@ fn dominant_light_is_found() {
             let residual: DVec3 =
                 basis.iter().zip(input).map(|(&y, &c)| (vector(c) - vector(light) * y) * y).sum();
             assert!(
-                residual.abs().max_element() < 5e-6,
+                residual.largest() < 5e-6,
                 "{n} coefficients, light of {pair:?} is {light:?}, the fit's residual {residual}, expected below 5e-6"
             );
             if pair[1].1 == DVec3::ZERO {
-                let error = (vector(light) - pair[0].1).abs().max_element();
+                let error = (vector(light) - pair[0].1).largest();
                 assert!(
                     error < 1e-5,
                     "{n} coefficients, light of {pair:?} is {light:?}, expected {} within 1e-5",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/texture` and the look-up of `wgsl/sky/equirectangular.wgsl`.
 
-use crate::harness::{Random, gpu, map, map_with};
+use crate::harness::{Largest, Random, gpu, map, map_with};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use std::f64::consts::TAU;
 use wgpu::util::DeviceExt;
@@ -270,7 +270,7 @@ fn equirectangular_maps_are_read_bilinearly() {
             let row = |y| texel(x, y).lerp(texel(x + 1, y), share.x);
             row(y).lerp(row(y + 1), share.y)
         };
-        let error = |u: f64| (found.truncate().as_dvec3() - read(u)).abs().max_element();
+        let error = |u: f64| (found.truncate().as_dvec3() - read(u)).largest();
         if d.x == 0.0 && d.z == 0.0 {
             // Of the poles' u the module states nothing: some u gives the colour, to the step between those tried.
             let least = (0..5000).map(|k| error(f64::from(k) / 5000.0)).fold(f64::MAX, f64::min);

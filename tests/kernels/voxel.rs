@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `wgsl/voxel/{grid,bricks,lookup}.wgsl` and `wgsl/components/voxel_light/cache.wgsl`.
 
-use crate::harness::{Random, map};
+use crate::harness::{Largest, Random, map};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, IVec3, UVec3, Vec3};
 use std::collections::BTreeMap;
@@ -165,7 +165,7 @@ fn taps_interpolate_linear_functions() {
             "{point:?}: the taps' weights sum to {sum}, expected 1 within 1e-6"
         );
         assert!(
-            (mean - at).abs().max_element() < 1e-4,
+            (mean - at).largest() < 1e-4,
             "{point:?}: the taps' weighted mean is {mean}, expected {at} within 1e-4"
         );
     }

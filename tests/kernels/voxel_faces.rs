@@ -4,7 +4,7 @@
 //! Each runs on the second of two levels. Nothing else of their buffers may change: neither the first level's records, nor
 //! those behind the last.
 
-use crate::harness::{Random, gpu, read, storage, submit};
+use crate::harness::{Largest, Random, gpu, read, storage, submit};
 use crate::picture::color;
 use bytemuck::Zeroable;
 use glam::{DVec3, DVec4, UVec3, UVec4, Vec3, Vec4};
@@ -27,7 +27,7 @@ const N_GUARDS: usize = 7;
 
 /// +X −X +Y −Y +Z −Z.
 fn axis_of(face: usize) -> DVec3 {
-    let sign = if face % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
     DVec3::AXES[face / 2] * sign
 }
 
@@ -225,7 +225,7 @@ fn fill_writes_light_and_depth_of_every_face() {
         for n_faces in [1u32, 6] {
             let storage_kind = [PyramidStorage::Buffers, PyramidStorage::Textures][case % 2];
             let (fills_gaps, backs_hide) =
-                (case as u32 / 2 % 2 ^ 1, n_faces / 6 ^ (case as u32 & 1));
+                (u32::from(case < 2), u32::from((n_faces == 6) != (case % 2 == 1)));
             let cells = some_cells(&mut random, size, if case == 2 { 2.0 } else { 0.6 });
             let faces = Faces::new(Vec3::ZERO, 1.0, size, n_faces, &cells);
             let records: Vec<UVec4> = (0..faces.n() + N_GUARDS)
@@ -583,7 +583,7 @@ fn deposits_are_averaged_face_by_face() {
                 let expected = sum / f64::from((n_known + n_new).max(1));
                 let what =
                     format!("{} voxels, record {ix}, {light_frames} frames, {old:?}", cells.len());
-                let off = (new.direct.as_dvec3() - expected).abs().max_element();
+                let off = (new.direct.as_dvec3() - expected).largest();
                 assert!(off < 5e-7, "{what}: direct {}, expected {expected} to 5e-7", new.direct);
                 let state = old.state & 0xffff | (n_known + n_new) << 16;
                 assert_eq!(new.state, state, "{what}: state");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the voxels' kernels are made of: slots, faces' points, neighbours, wall words, gaps, opacities, and what a triangle adds.
 
-use crate::harness::{Random, gpu, map};
+use crate::harness::{Largest, Random, gpu, map};
 use glam::{UVec4, Vec3, Vec4};
 use lucerna::shader::Source;
 use lucerna::testing::Harness;
@@ -229,7 +229,7 @@ fn gaps_take_the_mean_of_whole_pairs() {
         let sum: Vec4 = whole.iter().flat_map(|pair| pair.iter()).sum();
         let expected = sum / (2 * whole.len().max(1)) as f32;
         assert!(
-            (texel - expected).abs().max_element() < 1e-6,
+            (texel - expected).largest() < 1e-6,
             "pairs {:?}, {:?}: the gap's texel is {texel}, expected {expected} within 1e-6",
             &input[..2],
             &input[2..4]
@@ -384,7 +384,7 @@ fn parts_weigh_by_their_area() {
             (f64::from(found) - expected.max(least)).abs()
                 <= 0.5 + expected * 4e-7 + f64::from(least > 0.0) * 0.5
         };
-        let longest = normal.abs().max_element();
+        let longest = normal.largest();
         for axis in 0..3 {
             let is_longest = normal[axis].abs() == longest;
             assert!(

@@ -2,7 +2,7 @@
 //! The kernels with which `voxel-rt` and `voxel-cone` light a picture's pixels, over surfaces and voxels that are made up.
 
 use crate::bsdf::Material;
-use crate::harness::{Estimate, Random, Tolerance, assert_estimates, gpu, submit};
+use crate::harness::{Estimate, Largest, Random, Tolerance, assert_estimates, gpu, submit};
 use crate::picture::{
     Picture, PixelRecord, above, bytes, camera, color, on_plane, pixel_module, random_surface,
     target, texels, texture_of_bytes,
@@ -133,7 +133,7 @@ fn voxel_light_is_reflected_as_its_surface_does() {
                         let light = irradiance / PI;
                         (material.albedo(wo, 30) * light, 0.05 * light.max_element())
                     };
-                    let off = (texel.truncate().as_dvec3() - expected).abs().max_element();
+                    let off = (texel.truncate().as_dvec3() - expected).largest();
                     assert!(
                         off <= bound && texel.w == 1.0,
                         "{what}: {texel}, expected {expected} to {bound:e}"
@@ -346,7 +346,7 @@ fn cones_gather_what_diffuse_surfaces_reflect() {
             }
             let open = if has_occlusion { f64::from(open[ix][0]) / 255.0 } else { 1.0 };
             let expected = open * albedo * light.as_dvec3();
-            let off = (texel.truncate().as_dvec3() - expected).abs().max_element();
+            let off = (texel.truncate().as_dvec3() - expected).largest();
             assert!(off < 4e-3, "{what}: {texel}, expected {expected} to 4e-3");
             let near_open = if near == 0.0 { open } else { 0.0 };
             let off = (f64::from(texel.w) - near_open).abs();
@@ -403,7 +403,7 @@ fn metals_mirror_the_wall_that_their_cone_meets() {
         let seen = light[side].as_dvec3() * f64::from(open[ix][1]) / 255.0;
         let expected = material.albedo(wo, 30) * seen;
         let bound = 0.055 * seen.max_element();
-        let off = (texel.truncate().as_dvec3() - expected).abs().max_element();
+        let off = (texel.truncate().as_dvec3() - expected).largest();
         n_mirrored += 1;
         assert!(off <= bound, "{what}: {texel}, expected {expected} to {bound:.4}");
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Albedo, normal and depth against closed forms.
 
-use crate::harness::assert_each;
+use crate::harness::{Largest, assert_each};
 use crate::support::{
     ceiling, diffuse, floor, lambert, look_down, over_pixels, render, scene, settings,
 };
@@ -40,12 +40,12 @@ fn surface_channels_of_a_plane() {
         for (ix, expected) in depth.iter().enumerate() {
             let what = format!("from above: {from_above}, pixel {ix}");
             assert!(
-                (albedo.rgb[ix] - Vec3::from(ALBEDO)).abs().max_element() < 1e-5,
+                (albedo.rgb[ix] - Vec3::from(ALBEDO)).largest() < 1e-5,
                 "{what}: albedo is {}, expected {ALBEDO:?} within 1e-5",
                 albedo.rgb[ix]
             );
             assert!(
-                (normals.rgb[ix] - normal).abs().max_element() < 3e-5,
+                (normals.rgb[ix] - normal).largest() < 3e-5,
                 "{what}: normal is {}, expected {normal} within 3e-5",
                 normals.rgb[ix]
             );
@@ -88,7 +88,7 @@ fn surface_channels_where_a_plane_ends() {
         let share: f32 = share[0] * share[1];
         // 5 standard errors of a share of 4096 samples, and as many roundings of an f32 sum.
         let noise = 5.0 * (share * (1.0 - share) / 4096.0).sqrt() + 2.4e-4;
-        let off = (albedo.rgb[ix] - share * Vec3::from(ALBEDO)).abs().max_element();
+        let off = (albedo.rgb[ix] - share * Vec3::from(ALBEDO)).largest();
         assert!(
             off <= noise,
             "albedo of pixel {ix} is {}, expected {share} of {ALBEDO:?} within {noise:.2e}",
@@ -100,7 +100,7 @@ fn surface_channels_where_a_plane_ends() {
             depths.rgb[ix].x
         );
         assert!(
-            (normals.rgb[ix] - Vec3::Y).abs().max_element() < 3e-5,
+            (normals.rgb[ix] - Vec3::Y).largest() < 3e-5,
             "normal of pixel {ix} is {}, expected {} within 3e-5",
             normals.rgb[ix],
             Vec3::Y

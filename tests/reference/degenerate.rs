@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Meshes that are legal and unusual.
 
-use crate::harness::gpu;
+use crate::harness::{Largest, gpu};
 use crate::support::{diffuse, lambert, look_down, quad, scene, settings};
 use glam::Vec3;
 use lucerna::blocking::render_reference;
@@ -39,7 +39,7 @@ fn coincident_and_concentric_triangles_are_as_light_as_one() {
         // Another triangle is hit, and the offset off its surface differs by its size: the same light within rounding.
         for (ix, (a, b)) in irradiance(concentric).iter().zip(&one).enumerate() {
             assert!(
-                (*a - *b).abs().max_element() <= 1e-4 * b.max_element(),
+                (*a - *b).largest() <= 1e-4 * b.max_element(),
                 "irradiance of {n} concentric floors at pixel {ix} is {a}, expected {b} within 1e-4 of it"
             );
         }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Surfaces that shine, and masks that cast shadows.
 
-use crate::harness::{assert_each, ray_query_gpu};
+use crate::harness::{Largest, assert_each, ray_query_gpu};
 use crate::support::{
     add_texture, batches, ceiling, diffuse, emitter, floor, lambert, look_down, on_gpu,
     over_pixels, quad, render, scene, settings,
@@ -230,7 +230,7 @@ fn masked_shadow(rays: RaySource) {
             let shaded = x >= shift && is_solid(x - shift, z);
             let expected = if shaded { Vec3::ZERO } else { bright };
             // An offset of 1e-6 m and a slanted ray may cross a texel's edge in a 1e-5 of a pixel.
-            let off = (pixel - expected).abs().max_element();
+            let off = (pixel - expected).largest();
             assert!(
                 off <= 1e-5,
                 "shift {shift}: beauty of pixel {ix} is {pixel}, expected {expected} within 1e-5"

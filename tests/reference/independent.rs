@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The Cornell box against pictures from another path tracer.
 
-use crate::harness::ray_query_gpu;
+use crate::harness::{Largest, ray_query_gpu};
 use crate::support::{on_gpu, render, settings};
 use glam::DVec3;
 use lucerna::gpu_scene::RaySource;
@@ -68,7 +68,7 @@ fn cornell(rays: RaySource) {
         });
         let ours: Vec<_> = a.iter().zip(&b).map(|(a, b)| 0.5 * (*a + *b)).collect();
         let (found, truth) = (mean(&ours), mean(&reference));
-        let bias = (found / truth - 1.0).abs().max_element();
+        let bias = (found / truth - 1.0).largest();
         let scale = truth.element_sum() / 3.0;
         let our_noise = 0.5 * rmse(&a, &b, &counts) / scale;
         let difference = rmse(&ours, &reference, &counts) / scale;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Drivers that end loops early (Mesa 22's llvmpipe: after 65 535 iterations an invocation) cost no sample and no ray.
 
-use crate::harness::gpu;
+use crate::harness::{Largest, gpu};
 use crate::support::{add_texture, diffuse, lambert, look_down, quad, scene, settings};
 use glam::Vec3;
 use lucerna::blocking::render_reference;
@@ -46,7 +46,7 @@ fn rays_get_through_all_layers_however_many_samples_there_are() {
         let albedo = resolve(&sums, settings.size, Channel::Albedo).rgb;
         for (ix, rgb) in albedo.into_iter().enumerate() {
             assert!(
-                (rgb - 0.8).abs().max_element() <= 0.8 * 3.1e-5,
+                (rgb - 0.8).largest() <= 0.8 * 3.1e-5,
                 "{what}: albedo of pixel {ix} is {rgb}, expected 0.8 within 3.1e-5 of it"
             );
         }
@@ -77,7 +77,7 @@ fn ten_million_samples_arrive() {
         "rejected samples, surfaces, and samples that are counted"
     );
     let mean = resolve(&sums, settings.size, Channel::Beauty).rgb[0];
-    let error = (mean / Vec3::new(0.1, 0.3, 1.0) - 1.0).abs().max_element();
+    let error = (mean / Vec3::new(0.1, 0.3, 1.0) - 1.0).largest();
     assert!(
         error <= 3.1e-5,
         "beauty of {n} samples is {mean}, expected {} within 3.1e-5 of it",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Same input, same bytes; and what is not finite stays out of the picture.
 
-use crate::harness::{assert_each, differing_bytes, ray_query_gpu};
+use crate::harness::{KeepNan, Largest, assert_each, differing_bytes, ray_query_gpu};
 use crate::support::{
     diffuse, emitter, floor, lambert, look_down, on_gpu, render, render_cut, scene, settings,
 };
@@ -93,7 +93,7 @@ fn ray_query_and_software_give_the_same_picture() {
         let sums = render(&on_gpu(&world, true, rays), &camera, &settings, 16);
         resolve(&sums, settings.size, Channel::Beauty).rgb
     });
-    let close = |(a, b): &(&Vec3, &Vec3)| (**a - **b).abs().max_element() <= 1e-3 * a.max_element();
+    let close = |(a, b): &(&Vec3, &Vec3)| (**a - **b).largest() <= 1e-3 * a.max_element();
     let same = software.iter().zip(&hardware).filter(close).count();
     let [a, b] = [&software, &hardware].map(|rgb| rgb.iter().sum::<Vec3>().element_sum());
     let identical = software.iter().zip(&hardware).filter(|(a, b)| a == b).count();
@@ -137,8 +137,8 @@ fn samples_that_are_not_finite_are_rejected_and_counted() {
             assert!(finite.is_ok(), "{what}: {channel:?} is not finite, expected so: {finite:?}");
             if channel == Channel::Albedo {
                 // Samples that are rejected for their light still met the surface.
-                let off = |c: &Vec3| (*c - Vec3::new(0.5, 0.25, 1.0)).abs().max_element();
-                let worst = picture.rgb.iter().map(off).fold(0.0, f32::max);
+                let off = |c: &Vec3| (*c - Vec3::new(0.5, 0.25, 1.0)).largest();
+                let worst = picture.rgb.iter().map(off).fold(0.0, f32::max_nan);
                 assert!(
                     worst < 1e-5,
                     "{what}: albedo is off by {worst} at most, expected below 1e-5"
@@ -164,7 +164,7 @@ fn samples_that_are_not_finite_are_rejected_and_counted() {
         let beauty = resolve(&sums, size, Channel::Beauty);
         for (ix, pixel) in beauty.rgb.iter().enumerate().filter(|(ix, _)| ix % 9 >= 4) {
             assert!(
-                (*pixel - Vec3::ONE).abs().max_element() < 1e-5,
+                (*pixel - Vec3::ONE).largest() < 1e-5,
                 "{what}: beauty of pixel {ix} is {pixel}, expected 1 within 1e-5"
             );
         }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Material textures through the albedo channel, one sample a pixel, against bilinear filtering in f64.
 
-use crate::harness::Random;
+use crate::harness::{KeepNan, Largest, Random};
 use crate::support::{add_texture, diffuse, floor, look_down, render, scene, settings};
 use crate::texture_oracle::sample;
 use glam::{Affine2, DVec2, DVec3, UVec2, Vec2, Vec4};
@@ -83,13 +83,13 @@ fn check(what: &str, world: &Scene, tolerance: f64) -> f64 {
         if !mesh.colors.is_empty() {
             expected *= at([0, 1, 2, 3].map(|k| mesh.colors[k])).truncate();
         }
-        let off = (found.rgb[ix as usize].as_dvec3() - expected).abs().max_element();
+        let off = (found.rgb[ix as usize].as_dvec3() - expected).largest();
         assert!(
             off <= tolerance,
             "{what}: albedo of pixel {ix} is {}, expected {expected} within {tolerance}",
             found.rgb[ix as usize]
         );
-        worst = f64::max(worst, off);
+        worst = f64::max_nan(worst, off);
     }
     assert!(
         left_out < 20,
@@ -110,7 +110,7 @@ fn textures_wrap_and_filter() {
                     world.textures[0] = Texture { image: 0, wrap_u, wrap_v, filter };
                 });
                 let what = format!("{width}×{height}, {wrap_u:?} {wrap_v:?} {filter:?}");
-                worst = f64::max(worst, check(&what, &world, TOLERANCE));
+                worst = f64::max_nan(worst, check(&what, &world, TOLERANCE));
             }
         }
     }

@@ -2,6 +2,7 @@
 //! The white furnace: a closed box whose walls reflect ρ and emit L_e; every point has the radiance
 //! L_e/(1 − ρ) in every direction.
 
+use crate::harness::{KeepNan, Largest};
 use crate::session::{camera, upload};
 use crate::support::{lambert, room, scene};
 use crate::{cells, session};
@@ -36,8 +37,8 @@ fn found(albedo: f32, n_frames: u32, settings: VoxelConeSettings) -> [f64; 3] {
     let picture = session.picture(&world, 16, Channel::Indirect);
     let shares: Vec<DVec3> = picture.iter().map(|pixel| pixel.as_dvec3() / expected).collect();
     let mean = shares.iter().sum::<DVec3>() / shares.len() as f64;
-    let least = shares.iter().map(|share| share.min_element()).fold(f64::MAX, f64::min);
-    let most = shares.iter().map(|share| share.max_element()).fold(0.0, f64::max);
+    let least = shares.iter().flat_map(|share| share.to_array()).fold(f64::MAX, f64::min_nan);
+    let most = shares.iter().map(|share| share.largest()).fold(0.0, f64::max_nan);
     eprintln!("albedo {albedo}, {settings:?}: {mean}, pixels {least} to {most}");
     [mean.y, least, most]
 }

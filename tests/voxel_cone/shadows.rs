@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Direct light with other shadows than rays: of voxels by maps, of pixels by cones.
 
-use crate::harness::gpu;
+use crate::harness::{Largest, gpu};
 use crate::session::{SIDE, Session, camera, upload};
 use crate::support::{lambert, quad, room, scene};
 use crate::{cells, session};
@@ -132,7 +132,7 @@ fn cones_cast_the_same_shadows_from_buffers() {
     assert!(bright > 0.0, "the brightest direct light with textures is {bright}, expected above 0");
     for (ix, (one, other)) in textures.iter().zip(&buffers).enumerate() {
         assert!(
-            (one - other).abs().max_element() < 2e-3 * bright,
+            (one - other).largest() < 2e-3 * bright,
             "pixel {ix}: direct light by cones from buffers is {other}, from textures {one}; expected within 2e-3 of the brightest, {bright}"
         );
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Lights and objects that change between frames: each change is a `GpuScene` built anew.
 
+use crate::harness::Largest;
 use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, room, scene};
 use glam::{Affine3A, DVec3, Vec3};
@@ -38,7 +39,7 @@ fn settings() -> VoxelRtSettings {
 
 /// The largest difference of a channel, relative.
 fn apart(a: DVec3, b: DVec3) -> f64 {
-    ((a - b) / b).abs().max_element()
+    ((a - b) / b).largest()
 }
 
 /// Eight frames after a light has moved, the picture's mean indirect light is within 5 % of what it

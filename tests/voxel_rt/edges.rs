@@ -2,7 +2,7 @@
 //! What a technique meets at the ends of its range.
 
 use crate::furnace::EMISSION;
-use crate::harness::{assert_each, differing_bytes, gpu, read};
+use crate::harness::{KeepNan, assert_each, differing_bytes, gpu, read};
 use crate::leaks::{Between, dark_over_lit, divided_room};
 use crate::session::{SIDE, Session, camera, lit_room, upload};
 use crate::support::{lambert, room, scene};
@@ -256,7 +256,7 @@ fn valid_lookups_have_no_dark_streaks() {
         // ρ/π · E, E = π·L_e·ρ/(1 − ρ).
         let expected = EMISSION[1] * 0.5 * 0.5 / 0.5;
         let picture = session.picture(&world, 8, Channel::Indirect);
-        picture.iter().map(|pixel| pixel.y / expected).fold(f32::MAX, f32::min)
+        picture.iter().map(|pixel| pixel.y / expected).fold(f32::MAX, f32::min_nan)
     };
     let (valid, plain, seven) =
         (darkest(Lookup::Valid), darkest(Lookup::Trilinear), darkest(Lookup::SevenTap));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the kernel voxel_light/gather finds, face by face, against closed forms.
 
-use crate::harness::{assert_each, read};
+use crate::harness::{KeepNan, assert_each, read};
 use crate::session::{Session, camera, upload};
 use crate::support::{floor, lambert, scene};
 use glam::{DVec3, Vec3};
@@ -90,7 +90,7 @@ fn check_direct(direct: DirectLight, weight: fn(f64) -> f64, tolerance: f64) {
             "{what}: {} of the upper face's rays hit, expected {covered} within 0.05",
             up.n_hits / up.n_rays
         );
-        worst = worst.max((f64::from(up.direct.y) / expected - 1.0).abs());
+        worst = worst.max_nan((f64::from(up.direct.y) / expected - 1.0).abs());
         n += 1;
     }
     eprintln!("{direct:?}: {n} faces, off by {worst} at most");
