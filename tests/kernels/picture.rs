@@ -94,6 +94,11 @@ impl Picture {
         Self { view, records, buffer }
     }
 
+    /// Takes over what was changed in `records`.
+    pub fn upload(&mut self) {
+        self.buffer = storage(bytemuck::cast_slice(&self.records));
+    }
+
     pub fn size(&self) -> UVec2 {
         self.view.size
     }

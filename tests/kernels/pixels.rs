@@ -189,7 +189,7 @@ fn punctual_lights(random: &mut Random, n: u32) -> Vec<Light> {
 /// What a light sends to a point: direction towards it, and irradiance on what faces it. KHR_lights_punctual: falls by
 /// 1/d², times clamp(1 − (d/range)⁴, 0, 1) of a range; a spot's share is the square of
 /// clamp((cos − cos outer)/(cos inner − cos outer), 0, 1).
-fn sent(light: &Light, at: DVec3) -> (DVec3, DVec3) {
+pub fn sent(light: &Light, at: DVec3) -> (DVec3, DVec3) {
     match *light {
         Light::Directional { direction, irradiance } => {
             (-direction.as_dvec3(), irradiance.as_dvec3())

@@ -2,7 +2,9 @@
 //! The scene seam over lucerna's own scene, function by function: surfaces with their textures, and the types' functions.
 
 use crate::bsdf::hemispherical_albedo;
-use crate::harness::{Largest, Random, gpu, map, read, storage, submit};
+use crate::harness::{
+    Estimate, Largest, Random, Tolerance, assert_estimates, gpu, map, read, storage, submit,
+};
 use crate::picture::color;
 use crate::texture_oracle::sample;
 use bytemuck::{NoUninit, Pod, Zeroable};
@@ -10,7 +12,8 @@ use glam::{Affine2, Affine3A, DVec2, DVec3, DVec4, UVec4, Vec2, Vec3, Vec4};
 use lucerna::gpu::{ComputeKernel, Dispatch};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::scene::{
-    AlphaMode, Filter, Image, Instance, Material, Mesh, Scene, Texture, TextureRef, Wrap,
+    AlphaMode, Filter, Image, Instance, Light, Material, Mesh, Scene, Sky, Texture, TextureRef,
+    Wrap,
 };
 use lucerna::seam::SceneSeam;
 use lucerna::settings;
@@ -546,4 +549,231 @@ fn rays_hits_and_corners_are_what_they_say() {
         [to_place, Vec4::new(4.0, 3.0, 1.0, 0.0)],
     ];
     assert_eq!(found, expected, "direction and end of the ray; origin, corner, miss");
+}
+
+/// Irradiance by a triangle of radiance 1 that is wholly above the horizon: ½·Σ θᵢ·(Γᵢ·n), where θᵢ is the angle that an
+/// edge spans and Γᵢ the unit normal of its plane through the point (J. Lambert 1760; J. Arvo, "Applications of Irradiance
+/// Tensors", SIGGRAPH 1994).
+fn irradiance_of_triangle(at: DVec3, normal: DVec3, corners: [DVec3; 3]) -> f64 {
+    let d = corners.map(|corner| (corner - at).normalize());
+    let sum: f64 = (0..3)
+        .map(|k| {
+            let (a, b) = (d[k], d[(k + 1) % 3]);
+            a.dot(b).clamp(-1.0, 1.0).acos() * a.cross(b).normalize().dot(normal)
+        })
+        .sum();
+    0.5 * sum.abs()
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Drawn {
+    /// w: the weight's density.
+    all: Vec4,
+    all_direction: Vec4,
+    hittable: Vec4,
+    /// w: distance.
+    hittable_direction: Vec4,
+    /// Of the directions: that of `all` in the sky, that of `hittable` there.
+    pdf_of_sky: Vec4,
+}
+
+/// Light by samples of all lights, and of those that a ray can hit: the estimates of irradiance agree with closed forms (a
+/// point light, a spot, a sun, triangles seen from before and behind, single- and double-sided, and a sky, by quadrature),
+/// by their standard errors; a sampled direction's density is that which `pdf_of_sky` and `pdf_of_emitter` say. All lights
+/// differ in power, so that every entry of the alias tables has a threshold of its own.
+#[test]
+fn lights_are_sampled_as_their_densities_say() {
+    let mut random = Random(104);
+    let triangle = |corner: Vec3, size: f32, flip: bool, material| {
+        let mut positions = vec![corner, corner + Vec3::X * size, corner + Vec3::Z * size];
+        if flip {
+            positions.swap(1, 2);
+        }
+        Mesh { positions, triangles: vec![[0, 1, 2]], material, ..Mesh::default() }
+    };
+    let emitter = |radiance: Vec3, double_sided| Material {
+        emission: radiance,
+        double_sided,
+        ..Material::default()
+    };
+    let radiances =
+        [Vec3::new(9.0, 1.0, 3.0), Vec3::new(2.0, 8.0, 1.0), Vec3::splat(30.0), Vec3::splat(4.0)];
+    // Facing down, or up: with the winding a, a + x, a + z the front is down.
+    let meshes = vec![
+        triangle(Vec3::new(-1.0, 2.0, -1.0), 1.5, false, 0),
+        triangle(Vec3::new(1.0, 3.0, 0.5), 1.0, true, 1),
+        triangle(Vec3::new(0.5, 2.5, -2.0), 0.4, false, 2),
+        // Its back is above the points, and does not shine.
+        triangle(Vec3::new(-2.5, 2.2, 1.0), 1.2, true, 3),
+    ];
+    let world = Scene {
+        instances: (0..4)
+            .map(|mesh| Instance { mesh, world_from_object: Affine3A::IDENTITY })
+            .collect(),
+        materials: [false, true, false, false]
+            .into_iter()
+            .zip(radiances)
+            .map(|(both, l)| emitter(l, both))
+            .collect(),
+        meshes,
+        lights: vec![
+            Light::Point {
+                position: Vec3::new(0.2, 1.7, 0.4),
+                intensity: Vec3::new(3.0, 2.0, 1.0),
+                range: None,
+            },
+            Light::Directional {
+                direction: Vec3::new(0.3, -0.9, 0.1).normalize(),
+                irradiance: Vec3::new(0.2, 0.4, 0.6),
+            },
+            Light::Spot {
+                position: Vec3::new(-0.5, 2.0, 0.3),
+                direction: Vec3::new(0.2, -1.0, 0.0).normalize(),
+                intensity: Vec3::new(5.0, 5.0, 1.0),
+                inner: 0.4,
+                outer: 0.9,
+                range: None,
+            },
+        ],
+        sky: Sky::Constant(Vec3::new(0.3, 0.2, 0.4)),
+        ..Scene::default()
+    };
+    let scene = GpuScene::new(gpu(), &world, GpuSceneOptions::default()).unwrap();
+    let wgsl = "
+        #import lucerna::scene::lights::{sample_light, sample_hittable_light, pdf_of_sky, pdf_of_hittable_sky, lights_can_be_hit}
+        struct Input { at: vec4<f32>, normal: vec4<f32>, u: vec4<f32> }
+        struct Output {
+            all: vec4<f32>, all_direction: vec4<f32>, hittable: vec4<f32>, hittable_direction: vec4<f32>, sky: vec4<f32>,
+        }
+        fn map(x: Input) -> Output {
+            let all = sample_light(x.at.xyz, x.u);
+            let hittable = sample_hittable_light(x.at.xyz, x.u);
+            return Output(
+                vec4<f32>(all.weight * max(dot(all.direction, x.normal.xyz), 0.0), all.pdf),
+                vec4<f32>(all.direction, all.distance),
+                vec4<f32>(hittable.weight * max(dot(hittable.direction, x.normal.xyz), 0.0), hittable.pdf),
+                vec4<f32>(hittable.direction, hittable.distance),
+                vec4<f32>(pdf_of_sky(all.direction), pdf_of_hittable_sky(hittable.direction), f32(lights_can_be_hit()), 0.0),
+            );
+        }";
+    let meshes = meshes_of_triangles(&world, &scene);
+    const N: usize = 1 << 13;
+    for (at, normal) in [
+        (Vec3::new(0.3, 0.0, 0.2), Vec3::Y),
+        (Vec3::new(-0.8, 0.4, 0.9), Vec3::new(0.1, 0.98, -0.1).normalize()),
+    ] {
+        let inputs: Vec<[Vec4; 3]> = (0..32 * N)
+            .map(|_| {
+                let u = Vec4::from_array(std::array::from_fn(|_| random.unit()));
+                [at.extend(0.0), normal.extend(0.0), u]
+            })
+            .collect();
+        let found: Vec<Drawn> = map_scene(&scene, wgsl, &inputs);
+        // What arrives, in closed form.
+        let (at, normal) = (at.as_dvec3(), normal.as_dvec3());
+        let mut of_hittable = DVec3::new(0.3, 0.2, 0.4) * std::f64::consts::PI;
+        for (ix, mesh) in world.meshes.iter().enumerate().take(3) {
+            let corners = std::array::from_fn(|k| mesh.positions[k].as_dvec3());
+            of_hittable += radiances[ix].as_dvec3() * irradiance_of_triangle(at, normal, corners);
+        }
+        let punctual: DVec3 = world
+            .lights
+            .iter()
+            .map(|light| {
+                let (to_light, irradiance) = crate::pixels::sent(light, at);
+                irradiance * to_light.dot(normal).max(0.0)
+            })
+            .sum();
+        for (what, of, expected) in [
+            ("all lights", (|of: &Drawn| of.all) as fn(&Drawn) -> Vec4, of_hittable + punctual),
+            ("emitters and sky", |of| of.hittable, of_hittable),
+        ] {
+            let batches = |k: usize| {
+                Estimate::of(found.chunks_exact(N).map(|batch| {
+                    batch.iter().map(|one| f64::from(of(one)[k])).sum::<f64>() / N as f64
+                }))
+            };
+            let what = format!("irradiance by {what} at {at}");
+            let resolves = Tolerance::relative(0.02);
+            let rounding = Tolerance::relative(1e-5);
+            assert_estimates(
+                &what,
+                &[0, 1, 2].map(batches),
+                &expected.to_array(),
+                rounding,
+                resolves,
+            );
+        }
+        // The densities, by what a ray along the sampled direction would find.
+        let mut of_triangles: Vec<[Vec4; 1]> = Vec::new();
+        let mut expected: Vec<(usize, f32, usize)> = Vec::new();
+        for drawn in found.iter().take(4000) {
+            let (all, hittable) = (drawn.all.w, drawn.hittable.w);
+            assert_eq!(drawn.pdf_of_sky.z, 1.0, "lights_can_be_hit");
+            let far = |direction: Vec4| direction.w > 1e30;
+            let near = |found: f32, expected: f32, what: &str| {
+                let off = (found - expected).abs();
+                assert!(
+                    off <= 1e-4 * expected,
+                    "{what}: {found}, expected {expected} to 1e-4 of it"
+                );
+            };
+            if far(drawn.all_direction) && all > 0.0 {
+                near(drawn.pdf_of_sky.x, all, "density of the sky among all lights");
+            }
+            if far(drawn.hittable_direction) {
+                near(
+                    drawn.pdf_of_sky.y,
+                    hittable,
+                    "density of the sky among those that can be hit",
+                );
+            }
+            for (column, direction, pdf) in
+                [(0, drawn.hittable_direction, hittable), (1, drawn.all_direction, all)]
+            {
+                if far(direction) || pdf == 0.0 {
+                    continue;
+                }
+                let place = at + f64::from(direction.w) * direction.truncate().as_dvec3();
+                // Each triangle has its own height.
+                let height = |mesh: &Mesh| (f64::from(mesh.positions[0].y) - place.y).abs();
+                let nearest = world.meshes.iter().position(|mesh| height(mesh) < 1e-3);
+                let triangle = meshes.iter().position(|&mesh| Some(mesh) == nearest).unwrap();
+                of_triangles.push([direction]);
+                expected.push((column, pdf, triangle));
+            }
+        }
+        let inputs: Vec<[Vec4; 2]> = of_triangles
+            .iter()
+            .zip(&expected)
+            .map(|(direction, &(_, _, triangle))| [direction[0], Vec4::splat(triangle as f32)])
+            .collect();
+        let densities: Vec<[f32; 4]> = map_scene(
+            &scene,
+            "#import lucerna::scene::lights::{pdf_of_hittable_emitter, pdf_of_emitter}
+             struct Input { direction: vec4<f32>, triangle: vec4<f32> }
+             alias Output = vec4<f32>;
+             fn map(x: Input) -> Output {
+                 let ix = u32(x.triangle.x);
+                 return vec4<f32>(pdf_of_hittable_emitter(ix, x.direction.xyz, x.direction.w),
+                     pdf_of_emitter(ix, x.direction.xyz, x.direction.w), 0.0, 0.0);
+             }",
+            &inputs,
+        );
+        assert!(
+            expected.len() > 1000,
+            "{} samples on triangles, expected above 1000",
+            expected.len()
+        );
+        for (density, &(column, pdf, triangle)) in densities.iter().zip(&expected) {
+            let found = density[column];
+            let among = ["those that can be hit", "all lights"][column];
+            let off = (found - pdf).abs();
+            assert!(
+                off <= 1e-3 * pdf,
+                "density of triangle {triangle} among {among}: {found}, expected {pdf} to 1e-3 of it"
+            );
+        }
+    }
 }

@@ -696,3 +696,39 @@ fn openness_is_filtered_within_surfaces() {
         }
     }
 }
+
+/// The specular cone, 2° wide and 30° above the floor, towards a step of the height h: hidden nearer than h/tan 30°, open
+/// farther away, and where it leads away from the step. What is Lambertian, or no surface, is open.
+#[test]
+fn specular_openness_ends_at_the_step() {
+    let size = UVec2::new(129, 21);
+    let high = 0.2f32;
+    let (sin, cos) = 30f32.to_radians().sin_cos();
+    for towards in [true, false] {
+        let mut picture = floor_with(size, |pixel| if pixel.x < 40 { high } else { 0.0 });
+        for (ix, record) in picture.records.iter_mut().enumerate() {
+            record.to_viewer = Vec3::new(if towards { cos } else { -cos }, 0.0, sin);
+            record.lambert = u32::from(ix / 129 == 3);
+            record.is_surface = u32::from(ix / 129 != 5);
+        }
+        picture.upload();
+        let open = openness(&picture, "specular", 1.0, 0.02, size);
+        let width = 2.0 * 0.25 * 5.0 / 21.0;
+        let shadow = f64::from(high) / 30f64.to_radians().tan();
+        for (ix, &found) in open.iter().enumerate() {
+            let (x, y) = (ix % 129, ix / 129);
+            // The step is seen at its upper edge, 4.8 m away, farther from the middle than its foot.
+            let d = (x as f64 + 0.5 - 64.5) * width - (40.0 - 64.5) * width * 4.8 / 5.0;
+            if x < 43 || (d - shadow).abs() < 0.12 {
+                continue;
+            }
+            let hidden = towards && y != 3 && y != 5 && d < shadow;
+            let expected = if hidden { 0.0 } else { 1.0 };
+            let what = format!("towards the step: {towards}, row {y}, {d:.3} m from it");
+            assert!(
+                (found - expected).abs() < 0.02,
+                "{what}: open {found:.3}, expected {expected} to 0.02"
+            );
+        }
+    }
+}
