@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sums of samples, on the GPU and as pictures.
 
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, buffer};
 use crate::picture::Picture;
 use glam::{UVec2, Vec3};
 use std::f32::consts::PI;
@@ -44,17 +44,15 @@ impl Film {
             .step_by(rows as usize)
             .map(|first_row| {
                 let n_rows = rows.min(size.y - first_row);
-                let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("pixel sums"),
-                    size: u64::from(n_rows)
-                        * u64::from(size.x)
-                        * u64::from(n_lanes)
-                        * size_of::<PixelSums>() as u64,
-                    usage: wgpu::BufferUsages::STORAGE
+                let n_sums = u64::from(n_rows) * u64::from(size.x) * u64::from(n_lanes);
+                let sums = buffer(
+                    gpu,
+                    "pixel sums",
+                    n_sums * size_of::<PixelSums>() as u64,
+                    wgpu::BufferUsages::STORAGE
                         | wgpu::BufferUsages::COPY_SRC
                         | wgpu::BufferUsages::COPY_DST,
-                    mapped_at_creation: false,
-                });
+                );
                 Stripe { first_row, n_rows, sums }
             })
             .collect();

@@ -4,7 +4,7 @@
 use super::Pixels;
 use crate::bindings::lucerna::integrators::direct_light::DirectSettings as Uniform;
 use crate::components::LightVisibility;
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, radiance_target};
+use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders, buffer, radiance_target};
 use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec2;
 
@@ -63,14 +63,14 @@ impl DirectPass {
             shaders: scene.shaders().clone(),
             settings,
             visibility: visibility.clone(),
-            faults: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("faults of direct light"),
-                size: 8,
-                usage: wgpu::BufferUsages::STORAGE
+            faults: buffer(
+                gpu,
+                "faults of direct light",
+                8,
+                wgpu::BufferUsages::STORAGE
                     | wgpu::BufferUsages::COPY_SRC
                     | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
+            ),
             radiance: radiance_target(gpu, "direct", size),
         }
     }

@@ -11,9 +11,13 @@ pub(crate) fn buffer(
     size: u64,
     usage: wgpu::BufferUsages,
 ) -> wgpu::Buffer {
+    let size = size.next_multiple_of(4).max(16);
+    #[cfg(feature = "testing")]
+    return crate::testing::guarded_buffer(gpu, label, size, usage);
+    #[cfg(not(feature = "testing"))]
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
-        size: size.next_multiple_of(4).max(16),
+        size,
         usage,
         mapped_at_creation: false,
     })

@@ -40,6 +40,7 @@
 
 mod estimate;
 mod golden;
+mod guards;
 mod near;
 mod random;
 mod statistics;
@@ -55,6 +56,8 @@ pub use estimate::{
     Estimate, N_STATISTICAL_TESTS, SUITE_LEVEL, assert_estimate, assert_estimates,
     level_of_comparison, normal_limit,
 };
+pub(crate) use guards::buffer as guarded_buffer;
+pub use guards::{assert_guards, guard_buffers};
 pub use near::{Scalars, Tolerance, assert_each, assert_near};
 pub use random::Random;
 pub use statistics::{Chart, assert_chi_square, chi_square_limit, square_bins};

@@ -4,6 +4,7 @@
 
 mod direct;
 mod gbuffer;
+mod guards;
 #[allow(dead_code)]
 #[path = "../kernels/harness.rs"]
 mod harness;
