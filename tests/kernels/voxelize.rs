@@ -728,3 +728,142 @@ fn work_is_dispatched_in_rows() {
         }
     }
 }
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+struct ColumnsFound {
+    first: UVec3,
+    n: u32,
+    end: UVec3,
+    axis: u32,
+    /// First cell and end of a column.
+    column: [u32; 4],
+    n_work: [u32; 4],
+}
+
+/// A triangle's columns: the cells of its box, borders included, within the grid; along the axis where its normal is
+/// longest; in pieces of 16. In each column the cells that the triangle meets, by separating axes in f64, are there, and few
+/// others: the slope is at most 1 along either side, so at most 2 that it meets, 1 below and above, and what rounding asks
+/// for. Triangles beyond the grid, or farther than 1.6e7 cells from its corner, have none.
+#[test]
+fn columns_hold_what_a_triangle_meets() {
+    let mut random = Random(110);
+    let size = UVec3::new(19, 12, 23);
+    let mut triangles: Vec<[Vec3; 3]> = (0..4000)
+        .map(|k| {
+            let place = |random: &mut Random| {
+                Vec3::from_array(std::array::from_fn(|axis| {
+                    random.range(-6.0, size[axis] as f32 + 6.0)
+                }))
+            };
+            let middle = place(&mut random);
+            match k % 4 {
+                // Across an axis, on a border or not.
+                0 => {
+                    let axis = k / 4 % 3;
+                    let mut corners = [(); 3].map(|()| place(&mut random));
+                    corners.iter_mut().for_each(|corner| corner[axis] = middle[axis].round());
+                    corners
+                }
+                1 => [(); 3].map(|()| place(&mut random)),
+                _ => [(); 3].map(|()| middle + random.range(0.1, 5.0) * random.direction()),
+            }
+        })
+        .collect();
+    // Far away along each axis, on either side of the limit.
+    for axis in 0..3 {
+        for far in [1.55e7, 1.65e7, -1.55e7, -1.65e7] {
+            let mut corners = [Vec3::splat(3.0), Vec3::splat(5.0), Vec3::new(4.0, 6.0, 3.0)];
+            corners[1][axis] = far;
+            triangles.push(corners);
+        }
+    }
+    let inputs: Vec<[glam::Vec4; 3]> = triangles
+        .iter()
+        .map(|t| [t[0].extend(random.unit()), t[1].extend(0.0), t[2].extend(0.0)])
+        .collect();
+    let found: Vec<ColumnsFound> = map(
+        "#import lucerna::components::voxels::grid::VoxelGrid
+         #import lucerna::components::voxels::work::{cells_of_column, columns_of_triangle, grid_triangle, n_work_of_columns}
+         struct Input { a: vec4<f32>, b: vec4<f32>, c: vec4<f32> }
+         struct Output { first: vec3<u32>, n: u32, end: vec3<u32>, axis: u32, column: vec4<u32>, n_work: vec4<u32> }
+         fn map(x: Input) -> Output {
+             // Cells of 1 m from the corner 0.
+             let grid = VoxelGrid(vec3<f32>(0.0), 1.0, vec3<u32>(19u, 12u, 23u), 1u, vec3<u32>(5u, 3u, 12u), 1u);
+             let triangle = grid_triangle(grid, x.a.xyz, x.b.xyz, x.c.xyz);
+             let found = columns_of_triangle(grid, triangle);
+             var column = vec4<u32>(0u);
+             if found.n > 0u {
+                 column = cells_of_column(triangle, found, min(u32(x.a.w * f32(found.n)), found.n - 1u));
+             }
+             return Output(found.first, found.n, found.end, found.axis, column, vec4<u32>(n_work_of_columns(found)));
+         }",
+        &inputs,
+    );
+    let (mut n_columns, mut n_held, mut n_met) = (0, 0, 0);
+    for (triangle, (input, found)) in triangles.iter().zip(inputs.iter().zip(&found)) {
+        let what = format!("triangle {triangle:?}: {found:?}");
+        let corners = triangle.map(|p| p.as_dvec3());
+        let low = corners[0].min(corners[1]).min(corners[2]);
+        let high = corners[0].max(corners[1]).max(corners[2]);
+        let too_far = low.min_element() < -1.6e7 || high.max_element() > 1.6e7;
+        if too_far || low.cmpgt(size.as_dvec3()).any() || high.cmplt(DVec3::ZERO).any() {
+            assert_eq!(found.n, 0, "columns of a triangle that is too far away; {what}");
+            continue;
+        }
+        // Cell k is [k, k + 1], borders included.
+        let last = size.as_dvec3() - 1.0;
+        let first = (low.ceil() - 1.0).clamp(DVec3::ZERO, last).as_uvec3();
+        let end = high.floor().clamp(DVec3::ZERO, last).as_uvec3() + 1;
+        assert_eq!((found.first, found.end), (first, end), "cells of the triangle's box; {what}");
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let axis = found.axis as usize;
+        let longest = normal.abs().max_element();
+        assert!(normal[axis].abs() >= longest * (1.0 - 1e-4), "axis of {normal}; {what}");
+        let sides = [(axis + 1) % 3, (axis + 2) % 3];
+        let cells = end - first;
+        let n = cells[sides[0]] * cells[sides[1]];
+        assert_eq!(
+            (found.n, found.n_work[0]),
+            (n, n.div_ceil(16)),
+            "columns and pieces of work; {what}"
+        );
+        if high.max_element() > 1e6 || low.min_element() < -1e6 {
+            continue;
+        }
+        // The column that was asked for, counted along the first of the sides in order.
+        let ordered = [sides[0].min(sides[1]), sides[0].max(sides[1])];
+        let ix = ((input[0].w * n as f32) as u32).min(n - 1);
+        let mut cell = first;
+        cell[ordered[0]] += ix % cells[ordered[0]];
+        cell[ordered[1]] += ix / cells[ordered[0]];
+        for side in sides {
+            assert_eq!(found.column[side], cell[side], "place of column {ix}; {what}");
+        }
+        let (from, to) = (found.column[axis], found.column[3]);
+        let mut met = 0;
+        for k in first[axis]..end[axis] {
+            cell[axis] = k;
+            if meets(&corners, cell.as_dvec3() + 0.5, 0.5) {
+                met += 1;
+                assert!(
+                    (from..to).contains(&k),
+                    "cell {cell}, which the triangle meets, is not in {from}..{to}; {what}"
+                );
+            }
+        }
+        let edges = [0, 1, 2].map(|k| (corners[(k + 1) % 3] - corners[k]).length_squared());
+        let longest_edge = edges[0].max(edges[1]).max(edges[2]);
+        if longest > 0.01 * longest_edge {
+            n_columns += 1;
+            n_held += to - from;
+            n_met += met;
+            assert!(
+                to - from <= 6,
+                "cells of column {ix}: {from}..{to}, expected at most 6; {what}"
+            );
+        }
+    }
+    println!("{n_columns} columns hold {n_held} cells, of which {n_met} are met");
+    assert!(n_columns > 1000 && n_met > 800, "{n_columns} columns, {n_met} cells met");
+}
