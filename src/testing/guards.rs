@@ -7,9 +7,17 @@ use std::cell::RefCell;
 /// Bytes behind a buffer. They belong to its bindings, so that the device's own bounds checks do not hide writes.
 const GUARD: u64 = 4096;
 
+/// A buffer with a guard.
+struct Guarded {
+    label: &'static str,
+    buffer: wgpu::Buffer,
+    /// Where the guard begins.
+    size: u64,
+}
+
 thread_local! {
-    /// Guarded buffers, and where their guards begin; None: buffers get no guards.
-    static GUARDED: RefCell<Option<Vec<(&'static str, wgpu::Buffer, u64)>>> = const { RefCell::new(None) };
+    /// None: buffers get no guards.
+    static GUARDED: RefCell<Option<Vec<Guarded>>> = const { RefCell::new(None) };
 }
 
 /// From here on, buffers that the library creates on this thread have guards.
@@ -37,7 +45,7 @@ pub(crate) fn buffer(
     });
     GUARDED.with_borrow_mut(|guarded| {
         if let Some(guarded) = guarded {
-            guarded.push((label, made.clone(), size));
+            guarded.push(Guarded { label, buffer: made.clone(), size });
         }
     });
     made
@@ -50,7 +58,7 @@ pub(crate) fn buffer(
 pub fn assert_guards(gpu: &Gpu) -> usize {
     let guarded = GUARDED.with_borrow_mut(|of| of.as_mut().map(std::mem::take)).unwrap_or_default();
     let mut written = Vec::new();
-    for (label, buffer, size) in &guarded {
+    for Guarded { label, buffer, size } in &guarded {
         let bytes = super::read_of(gpu, buffer);
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes[*size as usize..]);
         if let Some(ix) = words.iter().position(|&word| word != 0) {
