@@ -20,6 +20,7 @@ mod shadow_maps;
 mod statistics;
 mod texture;
 mod texture_oracle;
+mod view;
 mod voxel;
 mod voxel_attributes;
 mod voxel_cache;
