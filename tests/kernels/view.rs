@@ -218,8 +218,8 @@ fn texels_keep_the_surface() {
                 geometric_normal,
                 depth: random.range(0.5, 30.0),
                 emission: color(&mut random) * 2f32.powf(random.range(-6.0, 12.0)),
-                pixel: random.bits() as u32 % view.size.x
-                    | (random.bits() as u32 % view.size.y) << 16,
+                pixel: (random.bits() as u32 % view.size.x)
+                    | ((random.bits() as u32 % view.size.y) << 16),
             }
         })
         .collect();
