@@ -6,6 +6,7 @@
 
 use crate::harness::{Largest, Random, gpu, read, storage, submit};
 use crate::picture::color;
+use crate::statistics::{over_hemisphere, way_out_of_cube};
 use bytemuck::Zeroable;
 use glam::{DVec3, DVec4, UVec3, UVec4, Vec3, Vec4};
 use lucerna::components::voxel_light::{
@@ -494,7 +495,9 @@ fn bounces_find_the_depth_from_their_surface_on() {
             if n_faces == 6 {
                 place += normal * (0.5 - below(slot));
             }
-            let expected = PI * seen_depth(place + 0.25 * normal, normal, density);
+            let start = place + 0.25 * normal;
+            let seen = |d: DVec3| 1.0 - (-density * way_out_of_cube(start, d)).exp();
+            let expected = PI * over_hemisphere(normal, 40, seen);
             let found = sums[ix] / f64::from(N_ROUNDS);
             assert!(
                 (found / expected - 1.0).abs() < 0.1,
@@ -516,24 +519,6 @@ fn bounces_find_the_depth_from_their_surface_on() {
             );
         }
     }
-}
-
-/// The cosine-weighted mean over the hemisphere of 1 − e^(−density·way) to the border of the cube of 8 m around the origin.
-fn seen_depth(start: DVec3, normal: DVec3, density: f64) -> f64 {
-    const N: u32 = 40;
-    let (x, y) = normal.any_orthonormal_pair();
-    let middle = |ix: u32| (f64::from(ix) + 0.5) / f64::from(N);
-    let mut sum = 0.0;
-    for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
-        let (sine, turn) = (middle(i).sqrt(), 2.0 * PI * middle(j));
-        let cosine = (1.0 - sine * sine).sqrt();
-        let direction = sine * (turn.cos() * x + turn.sin() * y) + cosine * normal;
-        let way = (0..3)
-            .map(|k| (4.0 * direction[k].signum() - start[k]) / direction[k])
-            .fold(f64::INFINITY, f64::min);
-        sum += (1.0 - (-density * way).exp()) / f64::from(N * N);
-    }
-    sum
 }
 
 /// `voxel_light/deposit`: direct light is the mean over the frames that deposited something, of those that saw the light as

@@ -7,6 +7,7 @@ use crate::picture::{
     Picture, PixelRecord, above, bytes, camera, color, on_plane, pixel_module, random_surface,
     target, texels, texture_of_bytes,
 };
+use crate::statistics::{over_hemisphere, way_out_of_cube};
 use bytemuck::Zeroable;
 use glam::{DVec3, IVec2, IVec3, Mat4, UVec2, UVec3, UVec4, Vec3, Vec4};
 use lucerna::components::voxel_light::{CacheBuffers, VoxelLevel, VoxelLevels, sparse_grid};
@@ -442,23 +443,11 @@ fn cones_find_the_depth_of_their_way() {
         let mean = found.iter().map(|of| of.as_dvec4()).sum::<glam::DVec4>() / found.len() as f64;
         let start =
             position.as_dvec3() + 0.25 * normal.as_dvec3() * f64::from(normal.abs().element_sum());
-        let (x, y) = normal.as_dvec3().any_orthonormal_pair();
-        const N: u32 = 200;
-        let middle = |ix: u32| (f64::from(ix) + 0.5) / f64::from(N);
-        let (mut expected, mut open) = (0.0, [0.0; 2]);
-        for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
-            let (sine, turn) = (middle(i).sqrt(), 2.0 * PI * middle(j));
-            let cosine = (1.0 - sine * sine).sqrt();
-            let direction = sine * (turn.cos() * x + turn.sin() * y) + cosine * normal.as_dvec3();
-            let way = (0..3)
-                .map(|k| (4.0 * direction[k].signum() - start[k]) / direction[k])
-                .fold(f64::INFINITY, f64::min);
-            let density = extinction * direction.abs().element_sum();
-            expected += (1.0 - (-density * way).exp()) / f64::from(N * N);
-            for (open, near) in open.iter_mut().zip([2.0, 2.0 - 0.35 * 1.0]) {
-                *open += (-density * way.min(near)).exp() / f64::from(N * N);
-            }
-        }
+        let density = |direction: DVec3| extinction * direction.abs().element_sum();
+        let over = |f: &dyn Fn(DVec3) -> f64| over_hemisphere(normal.as_dvec3(), 200, f);
+        let expected = over(&|d| 1.0 - (-density(d) * way_out_of_cube(start, d)).exp());
+        let open = [2.0, 2.0 - 0.35 * 1.0]
+            .map(|near: f64| over(&|d| (-density(d) * way_out_of_cube(start, d).min(near)).exp()));
         let off = mean.x / expected - 1.0;
         let what = format!("from {position} along {normal}");
         println!("{what}: {:.4}, expected {expected:.4}; open {:.4} in {open:.4?}", mean.x, mean.w);
