@@ -3,7 +3,9 @@
 //!
 //! A test calls a WGSL function for many inputs on the GPU ([`map`]) and compares each output with an oracle that is
 //! written independently, in f64 ([`assert_near`]). Outputs are filled with a poison value first, so that an output
-//! that is not written cannot pass by chance. Samplers are tested by chi-square ([`assert_chi_square`]).
+//! that is not written cannot pass by chance. Samplers are tested by chi-square ([`assert_chi_square`]), random estimates by
+//! their standard errors ([`assert_estimates`]), both at one level for the whole suite ([`SUITE_LEVEL`]). What the library's
+//! kernels write behind the end of a buffer shows with [`guard_buffers`].
 //!
 //! ```
 //! use lucerna::testing::{Random, Tolerance, assert_near, map};
