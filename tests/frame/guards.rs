@@ -11,7 +11,8 @@ use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettin
 use lucerna::components::voxel_light::{Bounces, DirectLight, Levels, RaysInjected, WriteStrategy};
 use lucerna::components::voxel_pyramid::PyramidStorage;
 use lucerna::components::voxels::{
-    Resolution, TriangleCounter, Triangles, Voxelizer, grid_for_bounds,
+    RasterMethod, RasterVoxelizer, Resolution, TriangleCounter, Triangles, Voxelizer,
+    grid_for_bounds,
 };
 use lucerna::frame::{DirectPass, DirectSettings, FramePasses, View};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
@@ -184,6 +185,12 @@ fn voxelizers_stay_within_their_buffers() {
             submit(|recorder| counter.record(recorder, &world, Triangles::All).unwrap());
             let voxelizer = Voxelizer::new(gpu(), &world, grid).unwrap();
             submit(|recorder| voxelizer.record(recorder, &world, Triangles::All)).unwrap();
+            for method in
+                [RasterMethod::ThreeAxes, RasterMethod::DominantAxis, RasterMethod::BoundingQuad]
+            {
+                let raster = RasterVoxelizer::new(gpu(), &world, grid, method).unwrap();
+                submit(|recorder| raster.record(recorder, &world)).unwrap();
+            }
             let n = assert_guards(gpu());
             assert!(
                 n >= 4,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Cones: the medium that voxels are, sets of cones, prefiltering, and tracing.
 
-use crate::harness::{Largest, Random, gpu, map, read, storage, submit};
+use crate::harness::{Largest, Random, assert_each, gpu, map, read, storage, submit};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4, UVec3, Vec3, Vec4};
 use half::f16;
@@ -512,11 +512,17 @@ fn opaque_and_empty_stay_so() {
 
 fn trace(pyramid: &Pyramid, cones: &[Cone], stepping: ConeStepping, near: f32) -> Vec<ConeResult> {
     let inputs = storage(bytemuck::cast_slice(cones));
-    let outputs = storage(&vec![0xa5; cones.len() * size_of::<ConeResult>()]);
+    // More room than a workgroup fills: no result may stand behind the last cone's.
+    let bytes = cones.len() * size_of::<ConeResult>();
+    let outputs = storage(&vec![0xa5; bytes + 70 * size_of::<ConeResult>()]);
     let pass = TracePass::new(gpu(), pyramid);
     let n = cones.len() as u32;
     submit(|recorder| pass.record(recorder, pyramid, &inputs, &outputs, n, stepping, near));
-    bytemuck::pod_collect_to_vec(&read(&outputs)[..cones.len() * size_of::<ConeResult>()])
+    let found = read(&outputs);
+    assert_each("bytes behind the last cone's result", &found[bytes..], "as they were", |&byte| {
+        byte == 0xa5
+    });
+    bytemuck::pod_collect_to_vec(&found[..bytes])
 }
 
 fn free_cone(origin: Vec3, direction: Vec3, spread: f32, max_distance: f32) -> Cone {

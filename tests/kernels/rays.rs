@@ -59,6 +59,9 @@ fn on_gpu(scene: &Scene, rays: RaySource) -> GpuScene {
     GpuScene::new(gpu(), scene, settings!(GpuSceneOptions { rays, ..Default::default() })).unwrap()
 }
 
+/// Answers behind the last ray's.
+const N_GUARDS: usize = 70;
+
 pub fn trace(scene: &GpuScene, question: RayQuestion, rays: &[Ray]) -> Vec<u8> {
     let gpu = gpu();
     let kernel = RayKernel::new(gpu, scene, question);
@@ -67,10 +70,15 @@ pub fn trace(scene: &GpuScene, question: RayQuestion, rays: &[Ray]) -> Vec<u8> {
         RayQuestion::Nearest => size_of::<Hit>(),
         RayQuestion::Any => 4,
     };
-    let answers = storage(&vec![0xcd; rays.len() * bytes]);
+    // More room than a workgroup fills: no answer may stand behind the last ray's.
+    let answers = storage(&vec![0xcd; (rays.len() + N_GUARDS) * bytes]);
     let n = rays.len() as u32;
     submit(|recorder| kernel.record(recorder, scene, &ray_buffer, &answers, n)).unwrap();
-    read(&answers)[..rays.len() * bytes].to_vec()
+    let found = read(&answers);
+    let (answers, behind) = found.split_at(rays.len() * bytes);
+    let what = format!("bytes behind the answers of {n} rays, {question:?}");
+    assert_each(&what, behind, "as they were", |&byte| byte == 0xcd);
+    answers.to_vec()
 }
 
 pub fn nearest(scene: &GpuScene, rays: &[Ray]) -> Vec<Hit> {
