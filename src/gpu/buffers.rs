@@ -13,7 +13,7 @@ pub(crate) fn buffer(
 ) -> wgpu::Buffer {
     let size = size.next_multiple_of(4).max(16);
     #[cfg(feature = "testing")]
-    return crate::testing::guarded_buffer(gpu, label, size, usage);
+    return super::guards::buffer(gpu, label, size, usage);
     #[cfg(not(feature = "testing"))]
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),

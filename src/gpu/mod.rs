@@ -10,6 +10,8 @@
 //! | time passes | [`PassTimers`] |
 
 mod buffers;
+#[cfg(feature = "testing")]
+pub(crate) mod guards;
 mod kernel;
 mod recorder;
 mod shaders;

@@ -2,53 +2,12 @@
 //! Words behind the buffers that the library creates, which no kernel may change: a missing bounds check shows.
 
 use crate::gpu::Gpu;
-use std::cell::RefCell;
+use crate::gpu::guards::{self, Guarded};
 
-/// Bytes behind a buffer. They belong to its bindings, so that the device's own bounds checks do not hide writes.
-const GUARD: u64 = 4096;
-
-/// A buffer with a guard.
-struct Guarded {
-    label: &'static str,
-    buffer: wgpu::Buffer,
-    /// Where the guard begins.
-    size: u64,
-}
-
-thread_local! {
-    /// None: buffers get no guards.
-    static GUARDED: RefCell<Option<Vec<Guarded>>> = const { RefCell::new(None) };
-}
-
-/// From here on, buffers that the library creates on this thread have guards.
+/// From here on, buffers that the library creates on this thread have words behind their end, which belong to their
+/// bindings, so that the device's own bounds checks do not hide writes. [`assert_guards`] looks at them.
 pub fn guard_buffers() {
-    GUARDED.set(Some(Vec::new()));
-}
-
-/// A zeroed buffer, guarded if that is on.
-pub(crate) fn buffer(
-    gpu: &Gpu,
-    label: &'static str,
-    size: u64,
-    usage: wgpu::BufferUsages,
-) -> wgpu::Buffer {
-    let is_on = GUARDED.with_borrow(Option::is_some);
-    let (more, copied) = match is_on {
-        true => (GUARD, wgpu::BufferUsages::COPY_SRC),
-        false => (0, wgpu::BufferUsages::empty()),
-    };
-    let made = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: size + more,
-        usage: usage | copied,
-        mapped_at_creation: false,
-    });
-    GUARDED.with_borrow_mut(|guarded| {
-        if let Some(guarded) = guarded {
-            guarded.push(Guarded { label, buffer: made.clone(), size });
-        }
-    });
-    made
+    guards::start();
 }
 
 /// Fails if a guard of this thread's buffers is no longer zero, after all submitted work. Forgets the buffers, and returns how many there were.
@@ -56,7 +15,7 @@ pub(crate) fn buffer(
 /// # Panics
 /// If a word behind a buffer was written, or the device is lost. The message names the buffers and the first words.
 pub fn assert_guards(gpu: &Gpu) -> usize {
-    let guarded = GUARDED.with_borrow_mut(|of| of.as_mut().map(std::mem::take)).unwrap_or_default();
+    let guarded = guards::take();
     let mut written = Vec::new();
     for Guarded { label, buffer, size } in &guarded {
         let bytes = super::read_of(gpu, buffer);

@@ -58,7 +58,6 @@ pub use estimate::{
     Estimate, N_STATISTICAL_TESTS, SUITE_LEVEL, assert_estimate, assert_estimates,
     level_of_comparison, normal_limit,
 };
-pub(crate) use guards::buffer as guarded_buffer;
 pub use guards::{assert_guards, guard_buffers};
 pub use near::{Scalars, Tolerance, assert_each, assert_near};
 pub use random::Random;
