@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The G-buffer against rays through the points that a frame samples, in f64.
 
-use crate::harness::{Random, assert_each, map_with};
-use crate::support::{add_texture, floor, lambert, look_down, on_gpu, quad, scene};
+use crate::harness::{Random, assert_each, gpu, map_with, read, storage, submit};
+use crate::support::{add_texture, diffuse, floor, lambert, look_down, on_gpu, quad, scene};
 use crate::whole::{Rendered, accumulated, read_texture, render};
 use glam::{DVec2, DVec3, UVec2, Vec2, Vec3};
-use lucerna::frame::View;
+use lucerna::frame::{Pixels, View};
+use lucerna::gpu::{ComputeKernel, Dispatch};
 use lucerna::gpu_scene::{GpuScene, RaySource};
 use lucerna::scene::{AlphaMode, Camera, Filter, Material, Mesh, Projection, Scene};
+use lucerna::seam::SceneSeam;
 use lucerna::techniques::reference::{Channel, resolve};
 
 pub fn camera_at(eye: Vec3, target: Vec3, fov_degrees: f32) -> Camera {
@@ -652,4 +654,71 @@ fn reversed_depth_orders_what_lies_far() {
             }
         }
     }
+}
+
+/// The seam's `pixel_surface` and `pixel_distance` read the G-buffer of their pixel: over a floor that ends within the
+/// picture, both give the distance along the axis of view, and 0 and no surface beside it. Tolerance: the depth is near/z
+/// in f32, both ways.
+#[test]
+fn the_pixel_seam_reads_its_pixel() {
+    let world = scene(vec![floor(1.0, 0.0, 0)], vec![lambert([0.5; 3])]);
+    let world = diffuse(&world);
+    let size = UVec2::new(21, 13);
+    let camera = camera_at(Vec3::new(0.4, 2.0, 1.5), Vec3::new(0.2, 0.0, 0.0), 60.0);
+    let rendered = crate::whole::render(&world, &camera, size, accumulated(1, 0), 4);
+    let shaders = world.shaders().with_module(lucerna::shader::Source {
+        import_path: "lucerna::kernels::test::pixel".into(),
+        file: "test.wgsl".into(),
+        text: "
+            #import lucerna::scene::pixel::{pixel_distance, pixel_surface, view}
+            @group(1) @binding(0) var<storage, read_write> found: array<vec4<f32>>;
+            @compute @workgroup_size(8, 8)
+            fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+                if all(id.xy < view.size) {
+                    let surface = pixel_surface(id.xy);
+                    found[id.y * view.size.x + id.x] = vec4<f32>(
+                        pixel_distance(id.xy), select(0.0, surface.depth, surface.is_surface),
+                        surface.position.y, f32(surface.is_surface),
+                    );
+                }
+            }"
+        .into(),
+    });
+    let kernel = ComputeKernel::new(gpu(), &shaders, None, "test/pixel");
+    let n = size.element_product() as usize;
+    let found = storage(bytemuck::cast_slice(&vec![[-7.25f32; 4]; n]));
+    let pixels = Pixels::new(&rendered.view, &rendered.passes.gbuffer).unwrap();
+    submit(|recorder| {
+        kernel
+            .call(&mut recorder.compute("test"))
+            .bind("found", &found)
+            .with(pixels.bindings())
+            .dispatch(Dispatch::Area(size));
+    });
+    let found: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(&found));
+    let mut n_surfaces = 0;
+    for (ix, &[distance, depth, height, is_surface]) in found.iter().enumerate() {
+        let (x, y) = (ix as u32 % size.x, ix as u32 / size.x);
+        let (origin, direction) = center_ray(&camera, size, x, y);
+        let t = -origin.y / direction.y;
+        let hit = origin + direction * t;
+        let from_border = 1.0 - hit.x.abs().max(hit.z.abs());
+        if from_border.abs() < 0.02 {
+            continue;
+        }
+        let is_hit = t > 0.0 && from_border > 0.0;
+        let along = direction.dot(camera.forward.as_dvec3());
+        let expected = if is_hit { t * along } else { 0.0 };
+        n_surfaces += usize::from(is_hit);
+        for (what, found) in [("pixel_distance", distance), ("depth of pixel_surface", depth)] {
+            let off = (f64::from(found) - expected).abs();
+            assert!(
+                off <= 2e-6 * expected,
+                "{what} of pixel {x}, {y}: {found}, expected {expected} to 2e-6 of it"
+            );
+        }
+        assert_eq!(is_surface, f32::from(u8::from(is_hit)), "surface of pixel {x}, {y}");
+        assert!(height.abs() < 1e-5, "height of pixel {x}, {y}: {height}, expected 0 to 1e-5");
+    }
+    assert!(n_surfaces > 50 && n_surfaces < n - 20, "{n_surfaces} pixels of {n} see the floor");
 }

@@ -133,6 +133,29 @@ fn light_adds_up_along_a_way() {
     }
 }
 
+/// n cones of equal solid angle fill the hemisphere: each has 2π/n, so the cosine of half its aperture is 1 − 1/n.
+#[test]
+fn cones_of_a_set_fill_the_hemisphere() {
+    let inputs: Vec<[u32; 4]> = (2..40).map(|n| [n, 0, 0, 0]).collect();
+    let found: Vec<Four> = map(
+        "#import lucerna::cone::cone_set::set_spread
+         alias Input = vec4<u32>;
+         alias Output = vec4<f32>;
+         fn map(x: Input) -> Output { return vec4<f32>(set_spread(x.x)); }",
+        &inputs,
+    );
+    for (input, found) in inputs.iter().zip(&found) {
+        let n = f64::from(input[0]);
+        let expected = (1.0 - 1.0 / n).acos().tan();
+        let off = (f64::from(found.v.x) / expected - 1.0).abs();
+        assert!(
+            off < 1e-5,
+            "tan of half the aperture of {n} cones: {}, expected {expected} to 1e-5 of it",
+            found.v.x
+        );
+    }
+}
+
 /// Each set's weights sum to 1 (the 9 cones integrate the cosine to 1), its directions are of unit length and
 /// above the surface, and what varies with the cosine is found to 6 %: ∫cos²/π dω = 2/3. Drawn from their parts, the cones
 /// integrate polynomials of the direction: 64 × 64 midpoints a part leave 1e-3.

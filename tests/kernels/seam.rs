@@ -3,7 +3,8 @@
 
 use crate::bsdf::hemispherical_albedo;
 use crate::harness::{
-    Estimate, Largest, Random, Tolerance, assert_estimates, gpu, map, read, storage, submit,
+    Estimate, Largest, Random, Tolerance, assert_estimates, gpu, map, normal_limit, read, storage,
+    submit,
 };
 use crate::picture::color;
 use crate::texture_oracle::sample;
@@ -775,5 +776,94 @@ fn lights_are_sampled_as_their_densities_say() {
                 "density of triangle {triangle} among {among}: {found}, expected {pdf} to 1e-3 of it"
             );
         }
+    }
+}
+
+/// Which triangles are masked, and which move, each for itself.
+#[test]
+fn triangles_are_masked_and_move_each_for_itself() {
+    let mut world = Scene::default();
+    for ix in 0..4 {
+        let alpha = if ix % 2 == 1 { AlphaMode::Mask { cutoff: 0.5 } } else { AlphaMode::Opaque };
+        let base_color = Vec3::ONE.extend(0.7);
+        world.materials.push(Material { alpha, base_color, ..Material::default() });
+        let corner = Vec3::X * (3 * ix) as f32;
+        world.meshes.push(Mesh {
+            positions: vec![corner, corner + Vec3::Y, corner + Vec3::Z],
+            triangles: vec![[0, 1, 2]],
+            material: ix,
+            ..Mesh::default()
+        });
+        world.instances.push(Instance { mesh: ix, world_from_object: Affine3A::IDENTITY });
+    }
+    let options = GpuSceneOptions::default();
+    let scene = GpuScene::with_moving(gpu(), &world, options, &|instance| instance >= 2).unwrap();
+    let meshes = meshes_of_triangles(&world, &scene);
+    let inputs: Vec<UVec4> = (0..4).map(UVec4::splat).collect();
+    let found: Vec<UVec4> = map_scene(
+        &scene,
+        "#import lucerna::scene::triangles::{n_triangles, triangle_is_masked, triangle_moves}
+         alias Input = vec4<u32>;
+         alias Output = vec4<u32>;
+         fn map(x: Input) -> Output {
+             return vec4<u32>(u32(triangle_is_masked(x.x)), u32(triangle_moves(x.x)), n_triangles(), 0u);
+         }",
+        &inputs,
+    );
+    for (triangle, found) in found.iter().enumerate() {
+        let mesh = meshes[triangle];
+        let expected = UVec4::new(mesh as u32 % 2, u32::from(mesh >= 2), 4, 0);
+        assert_eq!(*found, expected, "masked, moving, triangles in all; triangle of mesh {mesh}");
+    }
+}
+
+/// Rays of an emissive triangle start on it, out of its front; those of a double-sided one out of either, half and half by
+/// `v.z`.
+#[test]
+fn emitters_send_rays_out_of_their_sides() {
+    for double_sided in [false, true] {
+        let world = Scene {
+            meshes: vec![Mesh {
+                positions: vec![Vec3::ZERO, Vec3::Z, Vec3::X],
+                triangles: vec![[0, 1, 2]],
+                ..Mesh::default()
+            }],
+            instances: vec![Instance { mesh: 0, world_from_object: Affine3A::IDENTITY }],
+            materials: vec![Material { emission: Vec3::ONE, double_sided, ..Material::default() }],
+            ..Scene::default()
+        };
+        let scene = GpuScene::new(gpu(), &world, GpuSceneOptions::default()).unwrap();
+        let mut random = Random(105);
+        let inputs: Vec<[Vec4; 2]> = (0..2000)
+            .map(|_| [(); 2].map(|()| Vec4::from_array(std::array::from_fn(|_| random.unit()))))
+            .collect();
+        let found: Vec<[Vec4; 2]> = map_scene(
+            &scene,
+            "#import lucerna::scene::light_rays::extended_ray
+             struct Input { u: vec4<f32>, v: vec4<f32> }
+             struct Output { origin: vec4<f32>, direction: vec4<f32> }
+             fn map(x: Input) -> Output {
+                 let ray = extended_ray(x.u, x.v);
+                 return Output(vec4<f32>(ray.origin, 0.0), vec4<f32>(ray.direction, 0.0));
+             }",
+            &inputs,
+        );
+        for ([u, v], [origin, direction]) in inputs.iter().zip(&found) {
+            // The front is up.
+            let up = !double_sided || v.z < 0.5;
+            let what =
+                format!("double-sided: {double_sided}, {u}, {v}: from {origin} along {direction}");
+            assert_eq!(direction.y > 0.0, up, "side; {what}");
+            let on = origin.x > -1e-5 && origin.z > -1e-5 && origin.x + origin.z < 1.00001;
+            assert!(on && origin.y.abs() < 1e-4, "a place on the triangle; {what}");
+            // Cosine-distributed: the sine's square is uniform.
+            assert!((direction.truncate().length() - 1.0).abs() < 1e-5, "length; {what}");
+        }
+        let n = found.len() as f64;
+        let mean = found.iter().map(|[_, d]| f64::from(d.y.abs())).sum::<f64>() / n;
+        // ∫ cos · cos/π dω = 2/3, with a variance of 1/2 − 4/9.
+        let error = (1.0f64 / 18.0 / n).sqrt();
+        let off = (mean - 2.0 / 3.0).abs() / error;
+        assert!(off < normal_limit(2), "mean cosine {mean:.4}, expected 0.6667 ± {error:.4}");
     }
 }
