@@ -12,6 +12,7 @@ use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
 use lucerna::scene::{
     AlphaMode, Filter, Image, Instance, Material, Mesh, Scene, Texture, TextureRef, Wrap,
 };
+use lucerna::testing::{assert_guards, guard_buffers};
 use std::collections::BTreeMap;
 
 /// What is tested is how colours are averaged: they are reflected as they are.
@@ -160,8 +161,9 @@ fn decode(record: UVec4) -> Face {
     }
 }
 
-/// Cells in the order of slots, and the records.
+/// Cells in the order of slots, and the records. Nothing is written behind a buffer.
 fn attributes(scene: &GpuScene, grid: VoxelGrid, scratch: u64) -> (Vec<UVec3>, Vec<UVec4>) {
+    guard_buffers();
     let voxelizer = Voxelizer::new(gpu(), scene, grid).unwrap();
     let attributes = VoxelAttributes::with_scratch(gpu(), scene, &voxelizer, scratch).unwrap();
     // Twice: sums must be zero again.
@@ -180,6 +182,7 @@ fn attributes(scene: &GpuScene, grid: VoxelGrid, scratch: u64) -> (Vec<UVec3>, V
         .collect();
     let mut records: Vec<UVec4> = bytemuck::pod_collect_to_vec(&read(attributes.records()));
     records.truncate(counts.n_records as usize);
+    assert_guards(gpu());
     (cells, records)
 }
 

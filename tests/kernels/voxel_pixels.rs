@@ -2,7 +2,9 @@
 //! The kernels with which `voxel-rt` and `voxel-cone` light a picture's pixels, over surfaces and voxels that are made up.
 
 use crate::bsdf::Material;
-use crate::harness::{Estimate, Largest, Random, Tolerance, assert_estimates, gpu, submit};
+use crate::harness::{
+    Estimate, Largest, Random, Tolerance, assert_each, assert_estimates, gpu, submit,
+};
 use crate::picture::{
     Picture, PixelRecord, above, bytes, camera, color, on_plane, pixel_module, random_surface,
     target, texels, texture_of_bytes,
@@ -575,14 +577,38 @@ fn openness_close_by_is_that_of_a_strip() {
             *mean += rows.sum::<f64>() / f64::from(quarter.y * N_FRAMES);
         }
     }
-    // The wall's foot is at the border of pixel 65, as it is seen at the height h.
-    let width = |depth: f64| 2.0 * 0.25 * depth / 61.0;
     for (column, &mean) in means.iter().enumerate() {
-        let d = (65.0 - 64.5) * width(4.8) + (64.5 - (2.0 * column as f64 + 0.5)) * width(5.0);
+        let d = distance_to_step(column, f64::from(high));
         let expected = 0.5 + 0.5 * d / (d * d + 0.04f64).sqrt();
         println!("{d:.3} m: {mean:.3}, expected {expected:.3}");
         assert!((mean - expected).abs() < 0.06, "{d:.3} m: {mean:.3}, expected {expected:.3}");
     }
+}
+
+/// Cones that a bent normal turns below the surface do not meet it: an open floor is open whatever its shading normals, up to
+/// 100° from its own, where none of the cones is above it.
+#[test]
+fn bent_normals_leave_an_open_floor_open() {
+    let size = UVec2::new(65, 31);
+    for degrees in [30.0f32, 60.0, 89.0, 100.0] {
+        let mut picture = floor_with(size, |_| 0.0);
+        let (y, z) = degrees.to_radians().sin_cos();
+        for record in &mut picture.records {
+            record.shading_normal = Vec3::new(0.0, y, z);
+        }
+        picture.upload();
+        let open = openness(&picture, "diffuse", 1.0, 0.0, (size + 1) / 2);
+        assert_each(&format!("openness, normals bent by {degrees}°"), &open, "1", |&share| {
+            share == 1.0
+        });
+    }
+}
+
+/// From the middle of a column of the quarter picture to the foot of what stands on its right half, `high` high [m]: the foot is
+/// at the border of pixel 65, as it is seen at that height.
+fn distance_to_step(column: usize, high: f64) -> f64 {
+    let width = |depth: f64| 2.0 * 0.25 * depth / 61.0;
+    (65.0 - 64.5) * width(5.0 - high) + (64.5 - (2.0 * column as f64 + 0.5)) * width(5.0)
 }
 
 /// The openness of pixels, as two kernels write it, becomes that of the picture: the diffuse one, of every second pixel,

@@ -947,6 +947,89 @@ fn a_uniform_sky_gives_pi_l() {
     }
 }
 
+/// Rays that meet nothing light nothing, wherever they come from: a camera that looks up from the plane, and a light of
+/// which the plane is behind.
+#[test]
+fn rays_into_the_open_arrive_nowhere() {
+    for n_faces in [1, 6] {
+        // Cells around the origin too, which is where a point is that nobody has set.
+        let cells: Vec<_> =
+            (0..16 * 16 * 16).map(|k| UVec3::new(k % 16, k / 16 % 16, k / 256)).collect();
+        let (grid, structure) =
+            sparse_grid(Vec3::splat(-2.0), 0.25, UVec3::splat(16), n_faces, &cells);
+        let rig = Rig::new(&point_scene(), grid, &structure, WriteStrategy::Exact);
+        let mut view = View::new(UVec2::splat(64));
+        let camera = Camera {
+            name: String::new(),
+            position: Vec3::Y,
+            forward: Vec3::Y,
+            up: Vec3::Z,
+            projection: Projection::Orthographic { half_height: 1.0 },
+        };
+        view.advance(&rig.scene, &camera, &ViewSettings::default());
+        let (means, rejected) = rig.run(&[camera_rays(&view, 100.0)]);
+        assert_eq!(rejected, RejectedSamples::default(), "{n_faces} faces: samples left out");
+        assert_each(
+            &format!("{n_faces} faces: means of a camera that sees nothing"),
+            &means,
+            "empty",
+            |&mean| mean == [0.0; 4],
+        );
+    }
+}
+
+/// Which face a point counts for is drawn independently of where it is: a slope of 45° with its left half in shade, all in one
+/// voxel, has half of the light on both of its faces, although one ray a frame is spread over all of it. Seeds of 400 frames.
+#[test]
+fn the_face_is_drawn_independently_of_the_place() {
+    let mut scene = Scene {
+        meshes: vec![
+            quad(Vec3::new(-0.4, 0.4, -0.4), Vec3::Z * 0.8, Vec3::new(0.8, -0.8, 0.0), 0),
+            // A roof over the left half, above the camera.
+            quad(Vec3::new(-4.0, 2.0, -4.0), Vec3::Z * 8.0, Vec3::X * 4.0, 0),
+        ],
+        instances: Vec::new(),
+        materials: vec![Material::default()],
+        lights: vec![Light::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::ONE }],
+        ..Scene::default()
+    };
+    scene.instances =
+        [0, 1].map(|mesh| Instance { mesh, world_from_object: Affine3A::IDENTITY }).into();
+    let (grid, structure) = sparse_grid(Vec3::splat(-0.5), 1.0, UVec3::splat(1), 6, &[UVec3::ZERO]);
+    let rig = Rig::new(&scene, grid, &structure, WriteStrategy::Exact);
+    for (source, side) in [("along x", Vec3::Z), ("along y", Vec3::X)] {
+        let camera = Camera {
+            name: String::new(),
+            position: Vec3::Y,
+            forward: Vec3::NEG_Y,
+            up: side,
+            projection: Projection::Orthographic { half_height: 0.4 },
+        };
+        let mut view = View::new(UVec2::splat(64));
+        view.advance(&rig.scene, &camera, &ViewSettings::default());
+        let frames: Vec<Injection<'_>> = (0..400)
+            .map(|seed| Injection { n_rays: 1, seed, ..camera_rays(&view, 10.0) })
+            .collect();
+        let (means, _) = rig.run(&frames);
+        // Faces towards +x and +y.
+        for face in [0, 2] {
+            let [sum, _, _, n] = means[face].map(f64::from);
+            // Each frame is an injection of its own, and injections add up.
+            let light = sum / n;
+            assert!(
+                (100.0..300.0).contains(&n),
+                "{source}, face {face}: {n} of 400 samples, expected about 200"
+            );
+            // Lit or not with chance ½: the deviation is ½ of the irradiance, √½.
+            let (expected, error) = (0.5 * 0.5f64.sqrt(), 0.5 * 0.5f64.sqrt() / n.sqrt());
+            assert!(
+                (light - expected).abs() < normal_limit(4) * error,
+                "the picture's x {source}, face {face}: mean irradiance {light} of {n} samples, expected {expected} ± {error}"
+            );
+        }
+    }
+}
+
 /// A closed box of 3 × 3 × 3 m with an emissive quad of 1 m² below its ceiling: what arrives on all
 /// surfaces is what left, πLA. The quad's own back and the ceiling above it get light as well.
 /// Tolerance 1.5 %: the light's weight within voxels (noise: 0.5 %). The quad lies on a border of
