@@ -2,6 +2,7 @@
 //! `lucerna bench`.
 
 mod frames;
+mod leaks;
 mod rays;
 mod reference;
 mod room;
@@ -32,7 +33,7 @@ pub struct BenchArguments {
     /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
     #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
     camera: Option<CameraChoice>,
-    /// Measure voxel-rt, voxel-cone and voxel-write at small sizes only.
+    /// Measure voxel-rt, voxel-cone and voxel-write at small sizes only, and leaks in few houses.
     #[arg(long)]
     quick: bool,
     /// Print JSON.
@@ -55,6 +56,9 @@ enum Group {
     /// Passes of `voxel-cone`, next to its source's table, and what a step of a cone costs (takes minutes; runs only
     /// when named).
     VoxelCone,
+    /// Light that leaks through walls at any angle, for each technique with voxels, in houses drawn at random (takes
+    /// an hour on a CPU, with --quick minutes; runs only when named).
+    Leaks,
     /// Ways to write irradiance into voxels: store, moving average, max, exact (takes minutes; runs only when named).
     VoxelWrite,
 }
@@ -123,6 +127,9 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
     if arguments.group == Some(Group::VoxelCone) {
         let rows = voxel_cone::measure(&gpu, &scene, &camera, source, arguments.quick)?;
         groups.push(("voxel-cone", rows));
+    }
+    if arguments.group == Some(Group::Leaks) {
+        groups.push(("leaks", leaks::measure(&gpu, source, arguments.quick)?));
     }
     if arguments.group == Some(Group::VoxelWrite) {
         let rows = voxel_write::measure(&gpu, &scene, source, arguments.quick)?;

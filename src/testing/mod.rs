@@ -5,7 +5,8 @@
 //! written independently, in f64 ([`assert_near`]). Outputs are filled with a poison value first, so that an output
 //! that is not written cannot pass by chance. Samplers are tested by chi-square ([`assert_chi_square`]), random estimates by
 //! their standard errors ([`assert_estimates`]), both at one level for the whole suite ([`SUITE_LEVEL`]). What the library's
-//! kernels write behind the end of a buffer shows with [`guard_buffers`].
+//! kernels write behind the end of a buffer shows with [`guard_buffers`]. Techniques that store light in cells are tried in
+//! rooms with walls at any angle and with thin solids ([`House`], [`room_with_table`], [`vault`]).
 //!
 //! ```
 //! use lucerna::testing::{Random, Tolerance, assert_near, map};
@@ -45,6 +46,7 @@ mod golden;
 mod guards;
 mod near;
 mod random;
+mod rooms;
 mod statistics;
 
 use crate::gpu::{AdapterChoice, Gpu, Recorder};
@@ -61,6 +63,7 @@ pub use estimate::{
 pub use guards::{assert_guards, guard_buffers};
 pub use near::{Scalars, Tolerance, assert_each, assert_near};
 pub use random::Random;
+pub use rooms::{House, room_with_table, vault};
 pub use statistics::{Chart, assert_chi_square, chi_square_limit, square_bins};
 
 /// What outputs hold before a run: a value that no kernel writes by chance.

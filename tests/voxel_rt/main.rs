@@ -13,6 +13,7 @@ mod changes;
 mod edges;
 mod furnace;
 mod gather;
+mod houses;
 mod leaks;
 mod scales;
 mod session;

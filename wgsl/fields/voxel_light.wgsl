@@ -9,8 +9,8 @@
 #import lucerna::components::voxels::grid::{faces_of_direction, grid_from_world}
 #import lucerna::components::voxels::levels::{VoxelLevel, level_weight}
 #import lucerna::components::voxels::lookup::{LightSum, add_share, add_weighted, face_weights, tap_cell, tap_weight, taps_at}
-#import lucerna::components::voxel_light::wall_words::{keep_before_walls, undivided}
-#import lucerna::fields::voxel_light_texels::{NO_VOXEL, levels, light_of_face, voxel_of_cell, walls_of_voxel}
+#import lucerna::components::voxel_light::sides::{REACHES_ALL, SIDE_OFFSET, is_reached}
+#import lucerna::fields::voxel_light_texels::{NO_VOXEL, levels, light_of_face, reach_of_face, voxel_of_cell}
 
 /// Trilinear over the cells with surfaces that face the same way as the point's.
 const LOOKUP_VALID: u32 = 0u;
@@ -20,9 +20,23 @@ const LOOKUP_TRILINEAR: u32 = 1u;
 const LOOKUP_SEVEN_TAP: u32 = 2u;
 /// How far a look-up's point is moved along its normal [cells], so that no cell behind the surface is among the taps.
 const NORMAL_OFFSET: f32 = 0.5;
-/// How far a point is moved along its normal to find the cell of its surface [cells]: a surface on a border belongs to
-/// the cell in front of it.
-const SIDE_OFFSET: f32 = 1e-2;
+
+/// Which records around a point's own cell are on the point's side, for each axis's face; everything if nothing is known.
+/// `point`: in grid units; `weights`: those of the axes' faces.
+fn reach_of_point(level: VoxelLevel, point: vec3<f32>, faces: vec3<u32>, weights: vec3<f32>) -> vec3<u32> {
+    let cell = floor(point);
+    let voxel = voxel_of_cell(level, vec3<i32>(cell));
+    var reach = vec3<u32>(0u);
+    for (var axis = 0u; axis < 3u; axis++) {
+        if weights[axis] > 0.0 {
+            reach[axis] = reach_of_face(level, voxel, faces[axis], point - cell);
+        }
+    }
+    // A face that has no record here reaches what the others do.
+    let any_face = reach.x | reach.y | reach.z;
+    let known = select(any_face, REACHES_ALL, any_face == 0u);
+    return select(reach, vec3<u32>(known), reach == vec3<u32>(0u));
+}
 
 /// The light of a level around a point of its grid, on the side of the normal: a sum weighted by distance, by how much
 /// each face faces that way, and by how much of it a surface covers. `only_valid` false: every cell counts, empty ones
@@ -31,26 +45,27 @@ fn light_in_level(level: VoxelLevel, at: vec3<f32>, normal: vec3<f32>, only_vali
     let weights = face_weights(level.grid.n_faces, normal);
     let faces = select(faces_of_direction(normal), vec3<u32>(0u), level.grid.n_faces == 1u);
     var taps = taps_at(at);
+    var reach = vec3<u32>(REACHES_ALL);
+    // A surface on a border between cells belongs to the cell in front of it.
+    let own = at + normal * SIDE_OFFSET;
+    let own_cell = vec3<i32>(floor(own));
     if only_valid {
-        let own_cell = floor(at + normal * SIDE_OFFSET);
-        let walls = walls_of_voxel(level, voxel_of_cell(level, vec3<i32>(own_cell)));
-        taps = taps_at(keep_before_walls(walls, at, own_cell, at + normal * NORMAL_OFFSET));
+        taps = taps_at(at + normal * NORMAL_OFFSET);
+        reach = reach_of_point(level, own, faces, weights);
     }
     var sum: LightSum;
     for (var ix = 0u; ix < 8u; ix++) {
         let weight = tap_weight(taps, ix);
         sum.weight += select(weight, 0.0, only_valid);
-        let voxel = voxel_of_cell(level, tap_cell(taps, ix));
+        let cell = tap_cell(taps, ix);
+        let voxel = voxel_of_cell(level, cell);
         if voxel == NO_VOXEL {
             continue;
         }
-        var shares = weight * weights;
-        if only_valid {
-            shares *= undivided(walls_of_voxel(level, voxel));
-        }
+        let shares = weight * weights;
         for (var axis = 0u; axis < 3u; axis++) {
-            if weights[axis] > 0.0 {
-                let light = light_of_face(level, voxel, faces[axis]);
+            if weights[axis] > 0.0 && (!only_valid || is_reached(reach[axis], cell - own_cell)) {
+                let light = light_of_face(level, voxel, faces[axis], own - vec3<f32>(cell));
                 if only_valid {
                     sum = add_weighted(sum, light.rgb, shares[axis] * light.a);
                 } else {

@@ -14,9 +14,10 @@
 
 #import lucerna::bsdf::directional_albedo::directional_albedo
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
-#import lucerna::components::voxel_light::cache::{FaceSamples, WALL_COSINE}
+#import lucerna::components::voxel_light::cache::FaceSamples
 #import lucerna::components::voxel_light::face_point::{FACE_RAY_LENGTH, depth_below_face, face_point}
-#import lucerna::components::voxels::grid::{VoxelGrid, face_normal, unpack_cell, world_from_grid}
+#import lucerna::components::voxel_light::sides::{SIDE_OFFSET, is_before_border}
+#import lucerna::components::voxels::grid::{VoxelGrid, face_normal, grid_from_world, unpack_cell, world_from_grid}
 #import lucerna::fields::voxel_light::{LOOKUP_VALID, irradiance_at}
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::integrators::next_event::irradiance_of_sample
@@ -45,6 +46,8 @@ struct FaceGatherSettings {
     n_bounces: u32,
     /// Whether a light is sampled for the point as well.
     finds_direct: bool,
+    /// Only points in front of it count (`lucerna::components::voxel_light::sides`).
+    border: u32,
 }
 
 /// The state of a path.
@@ -87,6 +90,10 @@ fn add_face_sample(
         return samples;
     }
     let surface = seen_from(found, -outward);
+    let in_cell = grid_from_world(grid, surface.position) + SIDE_OFFSET * surface.geometric_normal;
+    if !is_before_border(settings.border, in_cell - vec3<f32>(unpack_cell(packed_cell))) {
+        return samples;
+    }
 
     // The bounce comes first, because it may show that the point is enclosed.
     var path = FacePath(surface, vec3<f32>(0.0), vec3<f32>(1.0));
@@ -142,7 +149,6 @@ fn add_face_sample(
     }
     samples.n_hits += 1.0;
     samples.depth += depth_below_face(hit.t / grid.cell);
-    samples.n_wall_hits += select(0.0, 1.0, abs(dot(found.geometric_normal, outward)) >= WALL_COSINE);
     if all_finite(direct) && all_finite(indirect) {
         samples.direct += direct;
         samples.indirect += indirect;

@@ -3,16 +3,19 @@
 
 use super::FaceLight;
 use crate::bindings::lucerna::components::voxels::levels::VoxelLevels;
-use crate::gpu::{Bindings, Gpu, GpuError, buffer, storage_buffer};
+use crate::components::voxels::{RECORD_GROUPS_OFFSET, VoxelCounts};
+use crate::gpu::{Bindings, Dispatch, Gpu, GpuError, buffer, storage_buffer};
 
 /// Everything that the technique keeps between frames, for all levels together.
 #[derive(Debug)]
 pub struct CacheBuffers {
     /// `VoxelLevels`, uniform.
     pub levels: wgpu::Buffer,
-    /// For each level, the number of voxels and of voxels that did not fit: uniform, 16 bytes.
+    /// For each level one [`VoxelCounts`], in which second records count as well: uniform (of which the first 16 bytes are bound), storage
+    /// and indirect.
     pub counts: Vec<wgpu::Buffer>,
-    /// For each level the bricks' words, then for each slot a packed cell and its walls.
+    /// For each level the bricks' words, then for each slot a packed cell and 0, then for each record
+    /// its side (`wgsl/components/voxel_light/sides.wgsl`).
     pub structure: wgpu::Buffer,
     /// `structure` before something moved.
     pub structure_before: wgpu::Buffer,
@@ -46,12 +49,16 @@ impl CacheBuffers {
             let advice = "use a lower resolution, fewer levels, or an isotropic grid";
             storage_buffer(gpu, what, u64::from(n) * bytes as u64, copied, advice)
         };
+        let counted = uniform
+            | wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::INDIRECT
+            | wgpu::BufferUsages::COPY_SRC;
         let levels = buffer(gpu, "voxel levels", size_of::<VoxelLevels>() as u64, uniform);
         gpu.queue.write_buffer(&levels, 0, bytemuck::bytes_of(layout));
         Ok(Self {
             levels,
             counts: (0..layout.n_levels)
-                .map(|_| buffer(gpu, "voxel counts", 16, uniform | wgpu::BufferUsages::COPY_SRC))
+                .map(|_| buffer(gpu, "voxel counts", size_of::<VoxelCounts>() as u64, counted))
                 .collect(),
             structure: storage("voxel structure", n_words, 8)?,
             structure_before: storage("former voxel structure", n_words, 8)?,
@@ -71,6 +78,7 @@ impl CacheBuffers {
         vec![
             ("levels", (&self.levels).into()),
             ("counts", (&self.counts[level as usize]).into()),
+            ("tally", (&self.counts[level as usize]).into()),
             ("structure", (&self.structure).into()),
             ("structure_before", (&self.structure_before).into()),
             ("lights", (&self.lights).into()),
@@ -79,6 +87,14 @@ impl CacheBuffers {
             ("shown", (&self.shown).into()),
             ("faults", (&self.faults).into()),
         ]
+    }
+
+    /// One invocation per record of a level, second ones included.
+    ///
+    /// # Panics
+    /// If there is no such level.
+    pub fn records(&self, level: u32) -> Dispatch<'_> {
+        Dispatch::Indirect(&self.counts[level as usize], RECORD_GROUPS_OFFSET)
     }
 
     /// The bindings of kernels that look up light (`fields::voxel_light`): `reflected` or `shown`.

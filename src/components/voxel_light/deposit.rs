@@ -8,8 +8,8 @@ use super::{
     Eye, InjectError, Injection, InjectionSource, VoxelInjector, VoxelIrradiance, VoxelLightError,
     WriteStrategy,
 };
-use crate::components::voxels::{RECORD_GROUPS_OFFSET, Voxelizer};
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
+use crate::components::voxels::Voxelizer;
+use crate::gpu::{ComputeKernel, Gpu, Recorder, Shaders};
 use crate::seam::{LightPeak, SceneSeam};
 use glam::Vec3;
 
@@ -62,17 +62,16 @@ impl DepositPass {
         self.volumes[level].move_to(origin);
     }
 
-    /// Traces this frame's rays and deposits what they find. `voxelizers`: of the levels.
+    /// Traces this frame's rays and deposits what they find.
     ///
     /// `seed`: a different one in each frame. `light_frames`: see `cache::add_deposit`.
     #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
-    pub(super) fn record<'a>(
+    pub(super) fn record(
         &self,
         recorder: &mut Recorder,
         scene: &dyn SceneSeam,
         eye: &Eye,
         buffers: &CacheBuffers,
-        voxelizers: impl Iterator<Item = &'a Voxelizer>,
         seed: u32,
         light_frames: u32,
     ) -> Result<(), VoxelLightError> {
@@ -101,13 +100,13 @@ impl DepositPass {
             self.injector.record(recorder, scene, volume, &injections)?;
         }
         let pass = &mut recorder.compute(self.deposit.name());
-        for ((level, voxelizer), volume) in (0..).zip(voxelizers).zip(&self.volumes) {
+        for (level, volume) in (0..).zip(&self.volumes) {
             self.deposit
                 .call(pass)
                 .uniform("info", &DepositInfo { level, light_frames, reserved_a: 0, reserved_b: 0 })
                 .with(buffers.of_level(level))
                 .bind("means", volume.means())
-                .dispatch(Dispatch::Indirect(voxelizer.counts(), RECORD_GROUPS_OFFSET));
+                .dispatch(buffers.records(level));
         }
         Ok(())
     }

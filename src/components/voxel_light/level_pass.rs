@@ -7,8 +7,8 @@ use bytemuck::NoUninit;
 use std::marker::PhantomData;
 
 pub use crate::bindings::kernels::voxel_light::carry::CarryInfo;
+pub use crate::bindings::kernels::voxel_light::faults::FaultsInfo;
 pub use crate::bindings::kernels::voxel_light::publish::PublishInfo;
-pub use crate::bindings::kernels::voxel_light::walls::WallsInfo;
 
 /// The uniform `info` of such a kernel. (Of lucerna's own: nobody else can implement it.)
 pub trait LevelInfo: NoUninit + of_lucerna::Sealed {
@@ -20,8 +20,8 @@ pub trait LevelInfo: NoUninit + of_lucerna::Sealed {
 
 /// Copies a level's light into a new structure, one invocation per slot.
 pub type CarryPass = LevelPass<CarryInfo>;
-/// Marks which faces of each voxel have walls behind them, one invocation per slot.
-pub type WallsPass = LevelPass<WallsInfo>;
+/// Counts the faces whose samples were left out, one invocation per slot.
+pub type FaultsPass = LevelPass<FaultsInfo>;
 /// Computes from the records what bounces and pictures look up, one invocation per record.
 pub type PublishPass = LevelPass<PublishInfo>;
 
@@ -32,8 +32,8 @@ impl LevelInfo for CarryInfo {
     }
 }
 
-impl LevelInfo for WallsInfo {
-    const KERNEL: &'static str = "voxel_light/walls";
+impl LevelInfo for FaultsInfo {
+    const KERNEL: &'static str = "voxel_light/faults";
     fn level(&self) -> u32 {
         self.level
     }
@@ -49,7 +49,7 @@ impl LevelInfo for PublishInfo {
 mod of_lucerna {
     pub trait Sealed {}
     impl Sealed for super::CarryInfo {}
-    impl Sealed for super::WallsInfo {}
+    impl Sealed for super::FaultsInfo {}
     impl Sealed for super::PublishInfo {}
 }
 

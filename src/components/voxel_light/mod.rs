@@ -19,6 +19,7 @@ mod level_pass;
 mod levels;
 pub(crate) mod setting;
 mod settings;
+mod sides;
 mod structure;
 mod write;
 
@@ -46,10 +47,11 @@ pub use deposit::DepositPass;
 pub use gather::{GatherInfo, GatherPass};
 pub use inject::{Injection, InjectionSource, VoxelInjector};
 pub use level_pass::{
-    CarryInfo, CarryPass, LevelInfo, LevelPass, PublishInfo, PublishPass, WallsInfo, WallsPass,
+    CarryInfo, CarryPass, FaultsInfo, FaultsPass, LevelInfo, LevelPass, PublishInfo, PublishPass,
 };
 pub use levels::VoxelReach;
 pub use settings::{Bounces, DirectLight, Levels, RaysInjected, VoxelLightSettings};
+pub use sides::SidesPass;
 pub use structure::sparse_grid;
 pub use write::{InjectError, RejectedSamples, VoxelIrradiance, WriteStrategy};
 
@@ -128,7 +130,9 @@ pub struct VoxelLight {
     deposit: Option<DepositPass>,
     gather: GatherPass,
     carry: CarryPass,
-    walls: WallsPass,
+    faults: FaultsPass,
+    /// None: a grid with one value per voxel knows no sides.
+    sides: Option<SidesPass>,
     publish: PublishPass,
     /// Revisions of the scene at the last update; None before the first one.
     seen: Option<Revisions>,
@@ -153,7 +157,7 @@ impl Level {
         Dispatch::Indirect(self.voxelizer.counts(), VOXEL_GROUPS_OFFSET)
     }
 
-    /// One invocation per record.
+    /// One invocation per face.
     fn records(&self) -> Dispatch<'_> {
         Dispatch::Indirect(self.voxelizer.counts(), RECORD_GROUPS_OFFSET)
     }
@@ -188,9 +192,16 @@ impl VoxelLight {
         let (mut n_words, mut n_records) = (0, 0);
         let mut levels = Vec::new();
         for (level, (grid, corner)) in grids.into_iter().enumerate() {
-            layout.levels[level] =
-                VoxelLevel { grid, first_brick: n_words, first_record: n_records, ..NO_LEVEL };
-            n_words += n_bricks(&grid) + grid.capacity;
+            let first_side = n_words + n_bricks(&grid) + grid.capacity;
+            layout.levels[level] = VoxelLevel {
+                grid,
+                first_brick: n_words,
+                first_record: n_records,
+                first_side,
+                ..NO_LEVEL
+            };
+            n_words =
+                first_side + if settings.anisotropic { 2 * grid.capacity * n_faces } else { 0 };
             n_records += grid.capacity * n_faces;
             levels.push(Level { voxelizer: Voxelizer::new(gpu, scene, grid)?, corner });
         }
@@ -203,7 +214,10 @@ impl VoxelLight {
             deposit,
             gather: GatherPass::new(gpu, scene, visibility),
             carry: CarryPass::new(gpu),
-            walls: WallsPass::new(gpu),
+            faults: FaultsPass::new(gpu),
+            sides: settings
+                .anisotropic
+                .then(|| SidesPass::new(gpu, scene, settings.finds_reflected)),
             publish: PublishPass::new(gpu),
             buffers: CacheBuffers::new(gpu, &layout, n_words, n_records)?,
             layout,
@@ -369,14 +383,13 @@ impl VoxelLight {
             self.publish(recorder, light_rays as f32);
         }
         if let Some(deposit) = &self.deposit {
-            let voxelizers = self.levels.iter().map(|level| &level.voxelizer);
             let seed = self.settings.seed.wrapping_add(self.n_frames);
             let light_frames = light_frames.min(self.settings.max_rays);
-            deposit.record(recorder, scene, eye, &self.buffers, voxelizers, seed, light_frames)?;
+            deposit.record(recorder, scene, eye, &self.buffers, seed, light_frames)?;
         }
         {
             let pass = &mut recorder.compute("voxel_light/gather");
-            for (level, of_level) in (0..).zip(&self.levels) {
+            for level in 0..self.layout.n_levels {
                 let info = GatherInfo {
                     frame: self.n_frames,
                     seed: self.settings.seed,
@@ -391,7 +404,7 @@ impl VoxelLight {
                     level,
                     finds_direct: u32::from(self.deposit.is_none()),
                 };
-                self.gather.record(pass, scene, &self.buffers, &info, of_level.records());
+                self.gather.record(pass, scene, &self.buffers, &info, self.buffers.records(level));
             }
         }
         self.publish(recorder, light_rays as f32);
@@ -443,19 +456,19 @@ impl VoxelLight {
         shifts
     }
 
-    /// Records the walls, and what bounces and pictures look up.
+    /// Counts faults, and records what bounces and pictures look up.
     fn publish(&self, recorder: &mut Recorder, light_rays: f32) {
         let pass = &mut recorder.compute("voxel_light/publish");
         for (level, of_level) in (0..).zip(&self.levels) {
-            let walls = WallsInfo { level, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
-            self.walls.record(pass, &self.buffers, &walls, of_level.slots());
+            let faults = FaultsInfo { level, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
+            self.faults.record(pass, &self.buffers, &faults, of_level.slots());
             let info = PublishInfo {
                 level,
                 feedback: u32::from(self.settings.bounces == Bounces::Unlimited),
                 light_rays,
                 reserved: 0,
             };
-            self.publish.record(pass, &self.buffers, &info, of_level.records());
+            self.publish.record(pass, &self.buffers, &info, self.buffers.records(level));
         }
     }
 
@@ -484,12 +497,18 @@ impl VoxelLight {
             let encoder = recorder.encoder();
             let bytes = u64::from(n_words) * 8;
             encoder.copy_buffer_to_buffer(voxelizer.structure(), 0, structure, to, bytes);
-            encoder.copy_buffer_to_buffer(voxelizer.counts(), 0, counts, 0, 16);
+            encoder.copy_buffer_to_buffer(voxelizer.counts(), 0, counts, 0, counts.size());
+        }
+        if let Some(sides) = &self.sides {
+            let pass = &mut recorder.compute("voxel_light/sides");
+            for (level, of_level) in (0..).zip(&self.levels) {
+                sides.record(pass, scene, &self.buffers, level, of_level.records());
+            }
         }
         let pass = &mut recorder.compute("voxel_light/carry");
-        for (level, (of_level, &shift)) in (0..).zip(self.levels.iter().zip(shifts)) {
+        for (level, &shift) in (0..self.layout.n_levels).zip(shifts) {
             let info = CarryInfo { shift, level };
-            self.carry.record(pass, &self.buffers, &info, of_level.slots());
+            self.carry.record(pass, &self.buffers, &info, self.buffers.records(level));
         }
         Ok(())
     }
@@ -506,6 +525,6 @@ const NO_LEVEL: VoxelLevel = VoxelLevel {
     },
     first_brick: 0,
     first_record: 0,
-    reserved_a: 0,
-    reserved_b: 0,
+    first_side: 0,
+    reserved: 0,
 };

@@ -31,8 +31,8 @@ struct FaceLight {
     n_rays: f32,
     /// The same light as `indirect`, but only of the newest frame with a hit [W·m⁻²].
     feedback: vec3<f32>,
-    /// From the lowest bit: 8 of the hits' mean depth below the face [cells/255]; 8 of the share of hits on walls
-    /// [1/255]; 14 of the number of frames in which something was deposited; CUT_BIT, REJECTED_BIT.
+    /// From the lowest bit: 8 of the hits' mean depth below the face [cells/255]; 8 unused; 14 of the number of frames in
+    /// which something was deposited; CUT_BIT, REJECTED_BIT.
     state: u32,
 }
 
@@ -40,8 +40,6 @@ struct FaceLight {
 const REJECTED_BIT: u32 = 0x80000000u;
 /// Set if samples of the newest frame are missing because the driver ended loops early (`math::loops`).
 const CUT_BIT: u32 = 0x40000000u;
-/// A surface whose normal is within 25° of a face's axis counts as a wall for it.
-const WALL_COSINE: f32 = 0.9;
 /// Lowest bit of the count of deposits.
 const DEPOSITS_SHIFT: u32 = 16u;
 const DEPOSITS_MAX: u32 = 0x3fffu;
@@ -58,8 +56,6 @@ struct FaceSamples {
     n_rays: f32,
     /// Sum of the hits' depths below the face [cells].
     depth: f32,
-    /// Number of hits on a surface that faces along the axis (WALL_COSINE).
-    n_wall_hits: f32,
     /// Number of samples that were not finite; their hits count as dark.
     n_rejected: u32,
 }
@@ -102,11 +98,6 @@ fn hit_depth(light: FaceLight) -> f32 {
     return unpack4x8unorm(light.state).x;
 }
 
-/// Share of the hits that are on walls, in [0, 1], in the same steps.
-fn wall_share(light: FaceLight) -> f32 {
-    return unpack4x8unorm(light.state).y;
-}
-
 /// The record with a frame's samples added.
 ///
 /// `max_rays` ≥ 1: beyond this number the oldest rays fade, so that the record follows slow changes. `light_rays`, at
@@ -124,8 +115,7 @@ fn renew(before: FaceLight, samples: FaceSamples, light_rays: f32, max_rays: f32
         return after;
     }
     let depth = (hit_depth(before) * old_hits + samples.depth) / after.n_hits;
-    let walls = (wall_share(before) * old_hits + samples.n_wall_hits) / after.n_hits;
-    after.state = pack4x8unorm(vec4<f32>(depth, walls, 0.0, 0.0))
+    after.state = pack4x8unorm(vec4<f32>(depth, 0.0, 0.0, 0.0))
         | select(0u, REJECTED_BIT, samples.n_rejected > 0u);
     if samples.n_hits == 0.0 {
         // Without a hit in this frame, the light stays.
@@ -186,11 +176,6 @@ fn coverage(light: FaceLight) -> f32 {
 /// How many of a face's hits saw the light as it is now, if `light_rays` of its rays did.
 fn current_hits(light: FaceLight, light_rays: f32) -> f32 {
     return light.n_hits * min(light_rays / max(light.n_rays, 1.0), 1.0);
-}
-
-/// How much of the face walls cover, in [0, 1].
-fn wall_coverage(light: FaceLight) -> f32 {
-    return coverage(light) * wall_share(light);
 }
 
 /// Whether light has been found on the face.

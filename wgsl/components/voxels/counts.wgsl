@@ -9,9 +9,10 @@ struct VoxelCounts {
     n_voxels: u32,
     /// Occupied cells for which there was no room; they are not in the structure.
     n_overflow: u32,
-    /// n_voxels · n_faces
+    /// n_voxels · n_faces; where records are divided (`lucerna::components::voxel_light::sides`), the second ones as well.
     n_records: u32,
-    reserved_a: u32,
+    /// Faces that should have a second record, for which there was no room.
+    n_undivided: u32,
     /// Dispatch of one invocation per voxel. At byte 16.
     voxel_groups: vec3<u32>,
     reserved_b: u32,

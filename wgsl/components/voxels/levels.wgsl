@@ -20,8 +20,9 @@ struct VoxelLevel {
     first_brick: u32,
     /// Index of its first record.
     first_record: u32,
-    reserved_a: u32,
-    reserved_b: u32,
+    /// Index of the word pair of its first record's side.
+    first_side: u32,
+    reserved: u32,
 }
 
 /// From the finest to the coarsest.
@@ -38,6 +39,12 @@ struct VoxelLevels {
 fn level_weight(grid: VoxelGrid, point: vec3<f32>) -> f32 {
     let inside = min(point, vec3<f32>(grid.size) - point) - 0.5;
     return clamp(min(inside.x, min(inside.y, inside.z)) / FADE_CELLS, 0.0, 1.0);
+}
+
+/// Index of the first of the two word pairs that hold a record's side (`lucerna::components::voxel_light::sides`), `record`
+/// counted in the level.
+fn side_word(level: VoxelLevel, record: u32) -> u32 {
+    return level.first_side + 2u * record;
 }
 
 /// Index of the word pair that holds a slot's cell.

@@ -8,8 +8,9 @@
 //! voxel_light/publish computed from them: the same input gives the same bytes.
 
 #import lucerna::components::voxel_light::cache::{FaceLight, FaceSamples, is_lit, keep_deposits, renew, with_cut}
+#import lucerna::components::voxel_light::sides::NO_BORDER
 #import lucerna::fields::voxel_light_texels::levels
-#import lucerna::fields::voxel_structure::packed_cell_of_slot
+#import lucerna::fields::voxel_structure::{border_of_record, first_record_of_face, packed_cell_of_slot}
 #import lucerna::integrators::face_gather::{FaceGatherSettings, add_face_sample}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::loops::loops_run
@@ -39,7 +40,7 @@ struct GatherInfo {
 }
 
 @group(1) @binding(0) var<uniform> info: GatherInfo;
-/// x: occupied voxels of the level.
+/// x: occupied voxels of the level; z: its records.
 @group(1) @binding(1) var<uniform> counts: vec4<u32>;
 @group(1) @binding(2) var<storage, read_write> lights: array<FaceLight>;
 
@@ -48,23 +49,28 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let record = group_of_dispatch(group) * WORKGROUP + local;
     let level = levels.levels[info.level];
     let n_faces = level.grid.n_faces;
-    if record >= counts.x * n_faces {
+    if record >= counts.z {
         return;
     }
-    let packed_cell = packed_cell_of_slot(level, record / n_faces);
+    let first = first_record_of_face(level, counts.x, record);
+    let face = first % n_faces;
+    let packed_cell = packed_cell_of_slot(level, first / n_faces);
     let known = lights[level.first_record + record];
-    let hash = pcg3d(vec3<u32>(packed_cell, record % n_faces + 8u * info.level, info.seed));
+    let hash = pcg3d(vec3<u32>(packed_cell, face + 8u * info.level, info.seed));
     let is_known = min(known.n_rays, info.light_rays) >= IDLE_AFTER;
     if !is_lit(known) && is_known && (info.frame + hash.x) % IDLE_PERIOD != 0u {
         return;
     }
-    let settings = FaceGatherSettings(info.n_bounces, info.finds_direct != 0u);
+    var settings = FaceGatherSettings(info.n_bounces, info.finds_direct != 0u, NO_BORDER);
+    if n_faces == 6u {
+        settings.border = border_of_record(level, record).x;
+    }
     var samples: FaceSamples;
     var is_cut = false;
     for (var point = 0u; point < info.n_points; point++) {
         let sample_ix = info.frame * info.n_points + point;
         let more =
-            add_face_sample(samples, settings, level.grid, packed_cell, record % n_faces, sample_ix, hash);
+            add_face_sample(samples, settings, level.grid, packed_cell, face, sample_ix, hash);
         // (No index of a level has the top bit.)
         if !loops_run(info.level >> 31u) {
             is_cut = true;

@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Computes from the faces' records what bounces and pictures look up.
 //!
-//! A face shares its light with the same faces of neighbouring cells, unless there is a wall between them. A voxel with
+//! A face shares its light with the same faces of neighbouring cells, as far as they are on the same side (`lucerna::components::voxel_light::sides`). A voxel with
 //! one value shares with all voxels around it.
 //!
 //! Dispatch: indirect, one invocation a record (slot · n_faces + face), in rows as
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns one record of
 //! `reflected` and of `shown`.
 
-#import lucerna::fields::voxel_structure::{packed_cell_of_slot, slot_of_cell, wall_word_of_slot}
+#import lucerna::fields::voxel_structure::{first_record_of_face, packed_cell_of_slot, record_for_point, side_of_record, slot_of_cell}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::grid::{face_axis, unpack_cell}
 #import lucerna::components::voxels::levels::VoxelLevels
 #import lucerna::components::voxel_light::cache::{FaceLight, coverage, current_hits}
 #import lucerna::components::voxel_light::neighbours::{n_neighbours, neighbour_offset, sharing_of_hits, tent}
-#import lucerna::components::voxel_light::wall_words::{is_before_walls, undivided}
+#import lucerna::components::voxel_light::sides::{FaceSide, is_reached, unpack_place}
 
 const WORKGROUP: u32 = 64u;
+/// Stands for no coverage where its sign says that there is a second record.
+const LEAST_COVERAGE: f32 = 1e-30;
 
 struct PublishInfo {
     /// Index of the level.
@@ -31,10 +33,11 @@ struct PublishInfo {
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
 @group(1) @binding(1) var<uniform> info: PublishInfo;
-/// x: occupied voxels of the level.
+/// x: occupied voxels of the level; z: its records.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
 @group(1) @binding(3) var<storage, read> lights: array<FaceLight>;
-/// For bounces. rgb: direct light and what was reflected in the newest frame [W·m⁻²]; a: coverage.
+/// For bounces. rgb: direct light and what was reflected in the newest frame [W·m⁻²]; a: coverage, below 0 if the face has a
+/// second record (`lucerna::components::voxel_light::sides`).
 @group(1) @binding(4) var<storage, read_write> reflected: array<vec4<f32>>;
 /// For pictures. rgb: light that was reflected at least once [W·m⁻²]; a: coverage.
 @group(1) @binding(5) var<storage, read_write> shown: array<vec4<f32>>;
@@ -44,21 +47,28 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let record = group_of_dispatch(group) * WORKGROUP + local;
     let level = levels.levels[info.level];
     let n_faces = level.grid.n_faces;
-    if record >= counts.x * n_faces {
+    if record >= counts.z {
         return;
     }
     let own = lights[level.first_record + record];
     let covered = coverage(own);
     let at = level.first_record + record;
+    let is_isotropic = n_faces == 1u;
+    let first = first_record_of_face(level, counts.x, record);
+    var side: FaceSide;
+    var is_divided = false;
+    if !is_isotropic {
+        side = side_of_record(level, record);
+        is_divided = record == first && side.other != 0u;
+    }
     if covered == 0.0 {
-        reflected[at] = vec4<f32>(0.0);
-        shown[at] = vec4<f32>(0.0);
+        let nothing = vec4<f32>(0.0, 0.0, 0.0, select(0.0, -LEAST_COVERAGE, is_divided));
+        reflected[at] = nothing;
+        shown[at] = nothing;
         return;
     }
-    let is_isotropic = n_faces == 1u;
-    let own_slot = record / n_faces;
-    let walls = wall_word_of_slot(level, own_slot);
-    let face = record % n_faces;
+    let own_slot = first / n_faces;
+    let face = first % n_faces;
     let axis = face_axis(face);
     let cell = vec3<i32>(unpack_cell(packed_cell_of_slot(level, own_slot)));
     let share = sharing_of_hits(current_hits(own, info.light_rays));
@@ -70,22 +80,25 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         if all(offset == vec3<i32>(0)) {
             continue;
         }
-        if !is_isotropic && !is_before_walls(walls, offset) {
+        if !is_isotropic && !is_reached(side.reach, offset) {
             continue;
         }
         let slot = slot_of_cell(level, cell + offset);
         if slot == NO_SLOT {
             continue;
         }
-        let light = lights[level.first_record + slot * n_faces + face];
-        var weight = tent(offset) * coverage(light);
+        var there = slot * n_faces + face;
         if !is_isotropic {
-            weight *= undivided(wall_word_of_slot(level, slot))[axis];
+            there = record_for_point(level, there, unpack_place(side.place) - vec3<f32>(offset));
         }
+        let light = lights[level.first_record + there];
+        let weight = tent(offset) * coverage(light);
         feedback += weight * vec4<f32>(light.feedback, 1.0);
         indirect += share * weight * vec4<f32>(light.indirect, 1.0);
     }
     let again = select(vec3<f32>(0.0), feedback.rgb / feedback.a, info.feedback != 0u);
-    reflected[at] = vec4<f32>(own.direct + again, covered);
-    shown[at] = vec4<f32>(indirect.rgb / indirect.a, covered);
+    // (Below 0: the face has a second record.)
+    let signed = select(covered, -covered, is_divided);
+    reflected[at] = vec4<f32>(own.direct + again, signed);
+    shown[at] = vec4<f32>(indirect.rgb / indirect.a, signed);
 }

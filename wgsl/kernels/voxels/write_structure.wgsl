@@ -36,6 +36,7 @@ fn main(
         counts.n_voxels = first;
         counts.n_overflow = n_before[ix] - first;
         counts.n_records = first * grid.n_faces;
+        counts.n_undivided = 0u;
         let size = COUNTED_WORKGROUP;
         counts.voxel_groups = dispatch_of_groups((first + size - 1u) / size);
         counts.record_groups = dispatch_of_groups((first * grid.n_faces + size - 1u) / size);

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Marks in each voxel's word which of its faces are walled, and counts the faces whose samples
-//! were left out.
+//! Counts the faces whose samples were left out.
 //!
 //! Dispatch: indirect, one invocation a slot, in rows as `lucerna::math::dispatch` lays them out.
 //! Workgroup memory: none.
 
 #import lucerna::math::dispatch::group_of_dispatch
-#import lucerna::components::voxels::levels::{VoxelLevels, slot_word}
+#import lucerna::components::voxels::levels::VoxelLevels
 #import lucerna::components::voxel_light::cache::{FaceFaults, FaceLight, has_cut, has_rejected}
-#import lucerna::components::voxel_light::walls::{open_part, walls_of_axis}
 
 const WORKGROUP: u32 = 64u;
 
-struct WallsInfo {
+struct FaultsInfo {
     /// Index of the level.
     level: u32,
     reserved_a: u32,
@@ -21,12 +19,11 @@ struct WallsInfo {
 }
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
-@group(1) @binding(1) var<uniform> info: WallsInfo;
+@group(1) @binding(1) var<uniform> info: FaultsInfo;
 /// x: occupied voxels of the level.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
 @group(1) @binding(3) var<storage, read> lights: array<FaceLight>;
-@group(1) @binding(4) var<storage, read_write> structure: array<vec2<u32>>;
-@group(1) @binding(5) var<storage, read_write> faults: FaceFaults;
+@group(1) @binding(4) var<storage, read_write> faults: FaceFaults;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -44,19 +41,4 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             atomicAdd(&faults.n_cut, 1u);
         }
     }
-    if level.grid.n_faces != 6u {
-        return;
-    }
-    let open = vec3<f32>(
-        open_part(lights[first], lights[first + 1u]),
-        open_part(lights[first + 2u], lights[first + 3u]),
-        open_part(lights[first + 4u], lights[first + 5u]),
-    );
-    var walls = 0u;
-    for (var axis = 0u; axis < 3u; axis++) {
-        let beside = open[(axis + 1u) % 3u] * open[(axis + 2u) % 3u];
-        let at = first + 2u * axis;
-        walls |= walls_of_axis(axis, lights[at], lights[at + 1u], beside);
-    }
-    structure[slot_word(level, slot)].y = walls;
 }

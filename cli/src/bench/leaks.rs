@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! How much light leaks through walls: houses drawn at random, of which a wall leaves one part dark.
+
+use super::Row;
+use glam::{UVec2, Vec3};
+use lucerna::blocking::{FramesToRender, read_film, render_frames_with};
+use lucerna::components::LightVisibility;
+use lucerna::frame::{DirectSettings, FramePasses, Technique};
+use lucerna::gpu::Gpu;
+use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
+use lucerna::scene::{Camera, Projection};
+use lucerna::settings;
+use lucerna::techniques::reference::{Channel, resolve};
+use lucerna::techniques::{TECHNIQUES, TechniqueEntry};
+use lucerna::testing::House;
+use std::error::Error;
+
+/// Houses, half of them with the fine grid.
+const N_HOUSES: u64 = 100;
+const N_HOUSES_QUICK: u64 = 12;
+/// Voxels along the longest side; with `quick`, all houses have the coarse grid.
+const CELLS: [u32; 2] = [64, 128];
+/// The longest side of a house [m].
+const LENGTH: f32 = 8.0;
+const WARM_UP: u32 = 48;
+const FRAMES: u32 = 8;
+/// Pixels of each of the six views from a part's middle.
+const SIDE: u32 = 16;
+
+/// For each technique that has voxels, the worst and the median house.
+///
+/// # Errors
+/// A technique or a device fails.
+pub fn measure(gpu: &Gpu, source: RaySource, quick: bool) -> Result<Vec<Row>, Box<dyn Error>> {
+    let n_houses = if quick { N_HOUSES_QUICK } else { N_HOUSES };
+    let mut rows = Vec::new();
+    let with_voxels = TECHNIQUES
+        .iter()
+        .filter(|technique| technique.settings.iter().any(|setting| setting.name == "voxels"));
+    for technique in with_voxels {
+        let mut leaks = Vec::new();
+        for seed in 0..n_houses {
+            let cells = if quick { CELLS[0] } else { CELLS[(seed / 2 % 2) as usize] };
+            let house = House::draw(seed, LENGTH / cells as f32);
+            let leak = leak_of(gpu, source, technique, &house, cells)?;
+            tracing::info!(
+                "{} house {seed}: {:.2} % ({} voxels, wall of {:.2} voxels, normal {:.2})",
+                technique.name,
+                100.0 * leak,
+                cells,
+                house.thickness * cells as f32 / LENGTH,
+                house.normal
+            );
+            leaks.push((100.0 * leak, seed));
+        }
+        leaks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (worst, seed) = leaks[leaks.len() - 1];
+        let name = technique.name;
+        rows.push(Row::new(
+            format!("{name}, worst of {n_houses} houses (seed {seed})"),
+            worst,
+            "%",
+        ));
+        rows.push(Row::new(format!("{name}, median"), leaks[leaks.len() / 2].0, "%"));
+    }
+    Ok(rows)
+}
+
+/// Mean indirect light in all directions from the dark part's middle, by that from the lit part's.
+fn leak_of(
+    gpu: &Gpu,
+    source: RaySource,
+    technique: &TechniqueEntry,
+    house: &House,
+    cells: u32,
+) -> Result<f64, Box<dyn Error>> {
+    let options = settings!(GpuSceneOptions { rays: source, diffuse_only: true });
+    let scene = GpuScene::new(gpu, &house.scene, options)?;
+    let cells = cells.to_string();
+    let chosen = [("voxels", cells.as_str())];
+    let visibility = LightVisibility::default();
+    let mut made = technique.make(gpu, &scene, &chosen, &visibility, house.eyes[0])?;
+    let size = UVec2::splat(SIDE);
+    let mut passes = FramePasses::new(gpu, &scene, size, DirectSettings::default())?;
+    let mut warm_up = WARM_UP;
+    let mut sums = [0.0; 2];
+    for (eye, sum) in house.eyes.into_iter().zip(&mut sums) {
+        for forward in Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]) {
+            let camera = looking(eye, forward);
+            let what = settings!(FramesToRender {
+                n_warm_up: warm_up,
+                ..FramesToRender::new(size, FRAMES)
+            });
+            warm_up = 0;
+            passes.accumulator.reset();
+            let technique: &mut dyn Technique = &mut *made;
+            (passes, _) =
+                render_frames_with(gpu, &scene, &camera, &what, technique, passes, |_| true)?;
+            let sums = read_film(gpu, passes.accumulator.film())?;
+            let picture = resolve(&sums, size, Channel::Indirect);
+            *sum += picture.rgb.iter().map(|pixel| f64::from(pixel.element_sum())).sum::<f64>();
+        }
+    }
+    Ok(sums[1] / sums[0])
+}
+
+/// A sixth of all directions.
+fn looking(position: Vec3, forward: Vec3) -> Camera {
+    let up = if forward.y == 0.0 { Vec3::Y } else { Vec3::X };
+    let projection = Projection::Perspective { vertical_fov: std::f32::consts::FRAC_PI_2 };
+    Camera { name: String::new(), position, forward, up, projection }
+}
