@@ -27,7 +27,8 @@ enum Reflections {
 }
 
 /// The mean of the indirect light, which is L_e·Σ ρᵏ from k = 2 on, within 2 %; each
-/// pixel within 5 %, for some noise is left in it.
+/// pixel within 5 %, for some noise is left in it. (8 % if rays deposit direct light: in corners a drawn place on the
+/// other wall may be very near, so the corner's cells are noisier.)
 fn converges(world: &Scene, n_frames: u32, reflections: Reflections, settings: VoxelRtSettings) {
     let rho = f64::from(world.materials[0].base_color[0]);
     let world = upload(world);
@@ -44,8 +45,12 @@ fn converges(world: &Scene, n_frames: u32, reflections: Reflections, settings: V
     let mean = picture.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / picture.len() as f64;
     let worst = picture.iter().map(|pixel| apart(pixel.as_dvec3())).fold(0.0, f64::max_nan);
     eprintln!("albedo {rho}: {mean} for {expected}; a pixel is off by {worst}");
-    assert!(apart(mean) < 0.02, "{mean} for {expected}");
-    assert!(worst < 0.05, "a pixel is off by {worst}");
+    assert!(apart(mean) < 0.02, "mean indirect light is {mean}, expected {expected} within 2 %");
+    let bound = if settings.direct == DirectLight::PerFace { 0.05 } else { 0.08 };
+    assert!(
+        worst < bound,
+        "albedo {rho}: a pixel's indirect light is off {expected} by the share {worst}, expected below {bound}"
+    );
 }
 
 fn coarse() -> VoxelRtSettings {

@@ -5,7 +5,7 @@ use crate::harness::gpu;
 use crate::session::{SIDE, Session, camera, upload};
 use glam::{Quat, UVec2, Vec3};
 use lucerna::blocking::render_reference;
-use lucerna::scene::{Camera, Projection};
+use lucerna::scene::{Camera, Projection, Scene};
 use lucerna::settings;
 use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::techniques::voxel_rt::VoxelRtSettings;
@@ -104,17 +104,12 @@ fn thin_tables() {
     }
 }
 
-/// Indirect light of a vault from below by the path tracer's: the mean, and the root mean square of how far blocks of 3 × 3
-/// pixels are off it, after what chance explains.
-fn light_under_vault(cells: u32, thickness: f32, turned: Quat) -> [f64; 2] {
-    let world = upload(&vault(thickness, turned));
-    let at = |p: [f32; 3]| (turned * Vec3::from(p)).to_array();
-    let camera = Camera {
-        projection: Projection::Perspective { vertical_fov: 1.0 },
-        ..camera(at([1.5, 0.6, 0.0]), at([-0.5, 2.4, 0.2]))
-    };
+/// Indirect light that a camera sees by the path tracer's: the mean, and the root mean square of how far blocks of 3 × 3
+/// pixels are off it.
+fn compared(scene: &Scene, camera: &Camera, cells: u32, n_samples: u32) -> [f64; 2] {
+    let world = upload(scene);
     let settings = settings!(VoxelRtSettings { resolution: cells, ..Default::default() });
-    let mut session = Session::new(&world, &camera, settings);
+    let mut session = Session::new(&world, camera, settings);
     session.run(&world, 48);
     let found = session.picture(&world, 16, Channel::Indirect);
     let settings = settings!(ReferenceSettings {
@@ -122,7 +117,8 @@ fn light_under_vault(cells: u32, thickness: f32, turned: Quat) -> [f64; 2] {
         n_bounces: 12,
         ..ReferenceSettings::default()
     });
-    let (sums, _) = render_reference(gpu(), &world, &camera, &settings, 512, |_| true).unwrap();
+    let (sums, _) =
+        render_reference(gpu(), &world, camera, &settings, n_samples, |_| true).unwrap();
     let expected = resolve(&sums, settings.size, Channel::Indirect).rgb;
     let blocks = SIDE as usize / 3;
     let block = |picture: &[Vec3], ix: usize| -> f64 {
@@ -132,9 +128,45 @@ fn light_under_vault(cells: u32, thickness: f32, turned: Quat) -> [f64; 2] {
     };
     let ratios: Vec<f64> =
         (0..blocks * blocks).map(|ix| block(&found, ix) / block(&expected, ix)).collect();
+    if std::env::var("SHOW").is_ok() {
+        for row in 0..SIDE as usize {
+            let sum = |p: &[Vec3]| -> f32 { p[row * 24..][..24].iter().map(|x| x.element_sum()).sum() };
+            println!("row {row}: {:.3}, {:.4}", sum(&found) / sum(&expected), sum(&expected));
+        }
+        for row in ratios.chunks(blocks) {
+            println!("{:.2?}", row);
+        }
+    }
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
     let square = ratios.iter().map(|ratio| (ratio / mean - 1.0).powi(2)).sum::<f64>();
     [mean, (square / ratios.len() as f64).sqrt()]
+}
+
+/// A vault, seen from below.
+fn light_under_vault(cells: u32, thickness: f32, turned: Quat) -> [f64; 2] {
+    let at = |p: [f32; 3]| (turned * Vec3::from(p)).to_array();
+    let camera = Camera {
+        projection: Projection::Perspective { vertical_fov: 1.0 },
+        ..camera(at([1.5, 0.6, 0.0]), at([-0.5, 2.4, 0.2]))
+    };
+    compared(&vault(thickness, turned), &camera, cells, 512)
+}
+
+#[test]
+fn lit_parts() {
+    let cells: u32 = std::env::var("CELLS").map_or(64, |s| s.parse().unwrap());
+    for seed in std::env::var("SEED").map_or(1..9, |s| { let k: u64 = s.parse().unwrap(); k..k + 1 }) {
+        let house = House::draw(seed, 8.0 / cells as f32);
+        let eye = house.eyes[0];
+        let look = (-house.normal - 0.8 * Vec3::Y).normalize();
+        let camera = camera(eye.to_array(), (eye + look).to_array());
+        let [mean, bands] = compared(&house.scene, &camera, cells, 256);
+        println!(
+            "house {seed} ({:.2} cells): mean {mean:.3}, bands {:.1} %",
+            house.thickness * cells as f32 / 8.0,
+            100.0 * bands
+        );
+    }
 }
 
 #[test]

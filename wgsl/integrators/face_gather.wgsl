@@ -16,10 +16,11 @@
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
 #import lucerna::components::voxel_light::cache::FaceSamples
 #import lucerna::components::voxel_light::face_point::{FACE_RAY_LENGTH, depth_below_face, face_point}
-#import lucerna::components::voxel_light::sides::{SIDE_OFFSET, is_before_border}
+#import lucerna::components::voxel_light::sides::{NO_BORDER, SIDE_OFFSET, is_before_border}
 #import lucerna::components::voxels::grid::{VoxelGrid, face_normal, grid_from_world, unpack_cell, world_from_grid}
 #import lucerna::fields::voxel_light::{LOOKUP_VALID, irradiance_at}
 #import lucerna::geometry::ray_offset::offset_ray_origin
+#import lucerna::integrators::face_sides::{Layer, MAX_LAYERS, next_layer}
 #import lucerna::integrators::next_event::irradiance_of_sample
 #import lucerna::math::constants::{FLOAT_MAX, INV_PI, PI}
 #import lucerna::math::float::all_finite
@@ -78,22 +79,31 @@ fn add_face_sample(
     let face = select(record_face, (sample_ix + hash.x) % 6u, grid.n_faces == 1u);
     let outward = face_normal(face);
     let start = face_point(vec3<f32>(unpack_cell(packed_cell)), face, sobol_owen(sample_ix, hash.x));
-    let origin = world_from_grid(grid, start);
-    let hit = nearest_hit(Ray(origin, 0.0, -outward, grid.cell * FACE_RAY_LENGTH));
-    if hit_is_miss(hit) {
+    // The first surface that is on the record's side.
+    var layer: Layer;
+    layer.origin = world_from_grid(grid, start);
+    layer.length = grid.cell * FACE_RAY_LENGTH;
+    let n_layers = select(MAX_LAYERS, 1u, settings.border == NO_BORDER);
+    var is_found = false;
+    for (var ix = 0u; ix < n_layers && !is_found; ix++) {
+        layer = next_layer(layer.origin, outward, layer.length);
+        if !layer.is_surface {
+            return samples;
+        }
+        let seen = seen_from(layer.surface, -outward);
+        let at = grid_from_world(grid, seen.position) + SIDE_OFFSET * seen.geometric_normal;
+        is_found = is_before_border(settings.border, at - vec3<f32>(unpack_cell(packed_cell)));
+    }
+    if !is_found {
         return samples;
     }
-    let found = surface_at(hit.triangle, hit.barycentrics);
+    let found = layer.surface;
     let is_back = dot(found.geometric_normal, outward) < 0.0 && !found.double_sided;
     if is_back && grid.n_faces == 1u {
         // One value is used for both sides of a sheet: that of its front.
         return samples;
     }
     let surface = seen_from(found, -outward);
-    let in_cell = grid_from_world(grid, surface.position) + SIDE_OFFSET * surface.geometric_normal;
-    if !is_before_border(settings.border, in_cell - vec3<f32>(unpack_cell(packed_cell))) {
-        return samples;
-    }
 
     // The bounce comes first, because it may show that the point is enclosed.
     var path = FacePath(surface, vec3<f32>(0.0), vec3<f32>(1.0));
@@ -148,7 +158,7 @@ fn add_face_sample(
         direct += visible_irradiance(surface, vec4<f32>(choice.x, place_on_light, choice.y));
     }
     samples.n_hits += 1.0;
-    samples.depth += depth_below_face(hit.t / grid.cell);
+    samples.depth += depth_below_face(dot(world_from_grid(grid, start) - surface.position, outward) / grid.cell);
     if all_finite(direct) && all_finite(indirect) {
         samples.direct += direct;
         samples.indirect += indirect;

@@ -13,17 +13,53 @@
 #import lucerna::sampling::pcg::pcg
 #import lucerna::scene::rays::{any_hit, nearest_hit}
 #import lucerna::scene::surface::surface_at
-#import lucerna::scene::types::{Ray, hit_is_miss, seen_from}
+#import lucerna::math::frame::frame_from_normal
+#import lucerna::scene::types::{Ray, Surface, hit_is_miss, seen_from}
 
 /// Rays along the face's axis.
 const N_PROBES: u32 = 16u;
-/// A place is half as high above its surface as there is room, and at most this high [cells].
+/// If this many found nothing, there is nothing.
+const N_PROBES_OF_NOTHING: u32 = 8u;
+/// Surfaces that a ray along the axis finds one behind the other.
+const MAX_LAYERS: u32 = 3u;
+/// Places that are looked at.
+const MAX_PLACES: u32 = 32u;
+/// Groups of them that are looked at, the largest first.
+const MAX_GROUPS: u32 = 6u;
+/// A place is half as high above its surface as there is room, and at most this high [cells]: seen from there, surfaces that
+/// bend away within 2 cells or more do not hide what is beside them.
 const HEIGHT: f32 = 0.1;
+/// A place from which nothing is visible that is farther away than this is enclosed [cells].
+const ENCLOSED: f32 = 2.0;
 
-/// What a face sees: places in front of its surfaces, from the cell's corner [cells].
+/// What a face sees, and what is behind that: places in front of its surfaces, from the cell's corner [cells].
 struct Seen {
-    places: array<vec3<f32>, N_PROBES>,
+    places: array<vec3<f32>, MAX_PLACES>,
     n: u32,
+}
+
+/// A surface that a ray along the axis of a face meets, and the ray beyond it.
+struct Layer {
+    is_surface: bool,
+    surface: Surface,
+    /// Where the ray goes on, and how much of it is left [m].
+    origin: vec3<f32>,
+    length: f32,
+}
+
+/// The first surface on a ray against `outward` (unit length), `length` long [m].
+fn next_layer(origin: vec3<f32>, outward: vec3<f32>, length: f32) -> Layer {
+    var layer: Layer;
+    let hit = nearest_hit(Ray(origin, 0.0, -outward, length));
+    if hit_is_miss(hit) {
+        return layer;
+    }
+    let found = surface_at(hit.triangle, hit.barycentrics);
+    layer.is_surface = true;
+    layer.surface = found;
+    layer.origin = offset_ray_origin(found.position, found.position_error, found.geometric_normal, -outward);
+    layer.length = length - hit.t;
+    return layer;
 }
 
 /// Looks into a cell from a face along its axis.
@@ -33,21 +69,51 @@ fn look_into(grid: VoxelGrid, packed_cell: u32, face: u32) -> Seen {
     let seed = pcg(packed_cell + pcg(face));
     var seen: Seen;
     for (var probe = 0u; probe < N_PROBES; probe++) {
-        let origin = world_from_grid(grid, face_point(cell, face, sobol_owen(probe, seed)));
-        let hit = nearest_hit(Ray(origin, 0.0, -outward, grid.cell * FACE_RAY_LENGTH));
-        if hit_is_miss(hit) {
-            continue;
+        if probe == N_PROBES_OF_NOTHING && seen.n == 0u {
+            break;
         }
-        let surface = seen_from(surface_at(hit.triangle, hit.barycentrics), -outward);
-        let normal = surface.geometric_normal;
-        let start = offset_ray_origin(surface.position, surface.position_error, normal, normal);
-        let room = 2.0 * HEIGHT * grid.cell;
-        let above = nearest_hit(Ray(start, 0.0, normal, room));
-        let height = 0.5 * select(above.t, room, hit_is_miss(above));
-        seen.places[seen.n] = grid_from_world(grid, start + height * normal) - cell;
-        seen.n += 1u;
+        var layer: Layer;
+        layer.origin = world_from_grid(grid, face_point(cell, face, sobol_owen(probe, seed)));
+        layer.length = grid.cell * FACE_RAY_LENGTH;
+        for (var ix = 0u; ix < MAX_LAYERS && seen.n < MAX_PLACES; ix++) {
+            layer = next_layer(layer.origin, outward, layer.length);
+            if !layer.is_surface {
+                break;
+            }
+            seen.places[seen.n] = place_above(grid, seen_from(layer.surface, -outward)) - cell;
+            seen.n += 1u;
+        }
     }
     return seen;
+}
+
+/// The place above a surface point, in grid units.
+fn place_above(grid: VoxelGrid, surface: Surface) -> vec3<f32> {
+    let normal = surface.geometric_normal;
+    let start = offset_ray_origin(surface.position, surface.position_error, normal, normal);
+    // (Inside a thin wall there is little room.)
+    let room = 2.0 * HEIGHT * grid.cell;
+    let above = nearest_hit(Ray(start, 0.0, normal, room));
+    return grid_from_world(grid, start + 0.5 * select(above.t, room, hit_is_miss(above)) * normal);
+}
+
+/// Whether a place (in grid units) sees nothing that is far, in the directions of a face: it is inside something solid, or
+/// in a gap that cells are too coarse for.
+fn is_enclosed(grid: VoxelGrid, place: vec3<f32>, face: u32) -> bool {
+    let basis = frame_from_normal(face_normal(face));
+    let origin = world_from_grid(grid, place);
+    if !any_hit(Ray(origin, 0.0, basis[2], ENCLOSED * grid.cell)) {
+        return false;
+    }
+    for (var k = 0u; k < 4u; k++) {
+        // 45° off the axis.
+        let across = select(-1.0, 1.0, (k & 1u) != 0u) * basis[k >> 1u];
+        let direction = (basis[2] + across) * 0.70710678;
+        if !any_hit(Ray(origin, 0.0, direction, ENCLOSED * grid.cell)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 /// The ray between two places of cells [cells from the grid's corner], from the first one.
@@ -63,8 +129,8 @@ fn see_each_other(grid: VoxelGrid, a: vec3<f32>, b: vec3<f32>) -> bool {
 }
 
 /// The number of the group of each place, 1 and more: what is visible from the group's first place.
-fn groups_of(grid: VoxelGrid, cell: vec3<f32>, seen: ptr<function, Seen>) -> array<u32, N_PROBES> {
-    var groups: array<u32, N_PROBES>;
+fn groups_of(grid: VoxelGrid, cell: vec3<f32>, seen: ptr<function, Seen>) -> array<u32, MAX_PLACES> {
+    var groups: array<u32, MAX_PLACES>;
     var n_groups = 0u;
     for (var ix = 0u; ix < (*seen).n; ix++) {
         if groups[ix] != 0u {
@@ -82,23 +148,71 @@ fn groups_of(grid: VoxelGrid, cell: vec3<f32>, seen: ptr<function, Seen>) -> arr
     return groups;
 }
 
-/// The group with the most places except for one, or 0.
-fn largest_group(n: u32, groups: array<u32, N_PROBES>, except_for: u32) -> u32 {
-    var sizes: array<u32, N_PROBES + 1u>;
+/// The group with the most places, or 0. `except_for`: bit k − 1 leaves out group k.
+fn largest_group(n: u32, groups: array<u32, MAX_PLACES>, except_for: u32) -> u32 {
+    var sizes: array<u32, MAX_PLACES + 1u>;
     for (var ix = 0u; ix < n; ix++) {
         sizes[groups[ix]] += 1u;
     }
     var best = 0u;
-    for (var group = 1u; group <= N_PROBES; group++) {
-        if group != except_for && sizes[group] > select(0u, sizes[best], best != 0u) {
+    for (var group = 1u; group <= MAX_PLACES; group++) {
+        let is_left_out = (except_for & (1u << (group - 1u))) != 0u;
+        if !is_left_out && sizes[group] > select(0u, sizes[best], best != 0u) {
             best = group;
         }
     }
     return best;
 }
 
+/// Groups by what becomes of them; 0: none.
+struct ChosenGroups {
+    /// The record's own: the largest that is not enclosed, or the largest.
+    own: u32,
+    /// The second largest that is not enclosed.
+    second: u32,
+    /// What the record's border keeps out: `second`, or the largest of the others.
+    beyond: u32,
+}
+
+/// Chooses among the groups of what a face (0 to 5) sees.
+fn choose_groups(
+    grid: VoxelGrid,
+    cell: vec3<f32>,
+    face: u32,
+    seen: ptr<function, Seen>,
+    groups: array<u32, MAX_PLACES>,
+) -> ChosenGroups {
+    let largest = largest_group((*seen).n, groups, 0u);
+    var chosen = ChosenGroups(largest, 0u, 0u);
+    var looked_at = 0u;
+    var n_open = 0u;
+    for (var k = 0u; k < MAX_GROUPS && n_open < 2u; k++) {
+        let group = largest_group((*seen).n, groups, looked_at);
+        if group == 0u {
+            break;
+        }
+        looked_at |= 1u << (group - 1u);
+        // (A single group needs no look.)
+        if k == 0u && largest_group((*seen).n, groups, looked_at) == 0u {
+            return chosen;
+        }
+        if is_enclosed(grid, cell + unpack_place(place_of_group(seen, groups, group)), face) {
+            continue;
+        }
+        n_open += 1u;
+        if n_open == 1u {
+            chosen.own = group;
+        } else {
+            chosen.second = group;
+        }
+    }
+    let others = largest_group((*seen).n, groups, 1u << (chosen.own - 1u));
+    chosen.beyond = select(others, chosen.second, chosen.second != 0u);
+    return chosen;
+}
+
 /// The place of a group that is nearest to its middle, packed.
-fn place_of_group(seen: ptr<function, Seen>, groups: array<u32, N_PROBES>, group: u32) -> u32 {
+fn place_of_group(seen: ptr<function, Seen>, groups: array<u32, MAX_PLACES>, group: u32) -> u32 {
     var sum = vec4<f32>(0.0);
     for (var ix = 0u; ix < (*seen).n; ix++) {
         if groups[ix] == group {

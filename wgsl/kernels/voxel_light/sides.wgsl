@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Finds for each face's record a place (`lucerna::components::voxel_light::sides`), and adds second records.
 //!
-//! * `find_places`: what the face sees, in groups that see each other. The largest group gives the record its place; if there
-//!   is another, the face gets a second record.
+//! * `find_places`: what the face sees, in groups that see each other. The largest group that is not enclosed gives the record
+//!   its place; if there is another, the face gets a second record.
 //! * `count_records`, after it: the dispatch for all records.
 //!
 //! Dispatch: `find_places`: indirect, one invocation a first record (slot · 6 + face), in rows as
@@ -14,7 +14,7 @@
 #import lucerna::components::voxels::counts::COUNTED_WORKGROUP
 #import lucerna::components::voxels::grid::unpack_cell
 #import lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels, side_word, slot_word}
-#import lucerna::integrators::face_sides::{border_between, groups_of, largest_group, look_into, place_of_group}
+#import lucerna::integrators::face_sides::{border_between, choose_groups, groups_of, look_into, place_of_group}
 #import lucerna::math::dispatch::{dispatch_of_groups, group_of_dispatch}
 
 const WORKGROUP: u32 = 64u;
@@ -55,24 +55,20 @@ fn find_places(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     }
     let packed_cell = structure[slot_word(level, record / grid.n_faces)].x;
     let cell = vec3<f32>(unpack_cell(packed_cell));
-    var seen = look_into(grid, packed_cell, record % grid.n_faces);
+    let face = record % grid.n_faces;
+    var seen = look_into(grid, packed_cell, face);
     var place = NO_PLACE;
     var border = NO_BORDER;
     var other = 0u;
     if seen.n > 0u {
         let groups = groups_of(grid, cell, &seen);
-        let own = largest_group(seen.n, groups, 0u);
-        let second = largest_group(seen.n, groups, own);
-        place = place_of_group(&seen, groups, own);
-        if second != 0u && info.divides != 0u {
-            let there = place_of_group(&seen, groups, second);
-            let borders = vec2<u32>(
-                border_between(grid, cell, place, there),
-                border_between(grid, cell, there, place),
-            );
-            if all(borders != vec2<u32>(NO_BORDER)) {
-                other = add_record(level, record, there, borders.y);
-                border = select(NO_BORDER, borders.x, other != 0u);
+        let chosen = choose_groups(grid, cell, face, &seen, groups);
+        place = place_of_group(&seen, groups, chosen.own);
+        if chosen.beyond != 0u && info.divides != 0u {
+            let there = place_of_group(&seen, groups, chosen.beyond);
+            border = border_between(grid, cell, place, there);
+            if chosen.second != 0u && border != NO_BORDER {
+                other = add_record(level, record, there, border_between(grid, cell, there, place));
             }
         }
     }
