@@ -16,6 +16,8 @@ pub struct House {
     pub thickness: f32,
     /// The wall's normal, towards the lit part.
     pub normal: Vec3,
+    /// A point in the middle of the wall's thickness \[m\].
+    pub through: Vec3,
 }
 
 /// Size of a [`House`] and of a [`room_with_table`] \[m\].
@@ -67,7 +69,7 @@ impl House {
                     range: None,
                 })
                 .collect();
-            return Self { scene, eyes: [lit, dark], thickness, normal };
+            return Self { scene, eyes: [lit, dark], thickness, normal, through };
         }
     }
 }

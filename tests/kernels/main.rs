@@ -27,5 +27,6 @@ mod voxel_cache;
 mod voxel_faces;
 mod voxel_parts;
 mod voxel_pixels;
+mod voxel_sides;
 mod voxel_write;
 mod voxelize;

@@ -235,36 +235,32 @@ struct Renewal {
     light_rays: f32,
     max_rays: f32,
     n_rejected: f32,
-    walls: f32,
-    new_wall_hits: f32,
-    reserved: [f32; 2],
 }
 
-const RENEW: &str = "#import lucerna::components::voxel_light::cache::{FaceLight, FaceSamples, renew, coverage, has_rejected, hit_depth, wall_share, wall_coverage}
+const RENEW: &str = "#import lucerna::components::voxel_light::cache::{FaceLight, FaceSamples, renew, coverage, has_rejected, hit_depth}
     struct Input {
         direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32,
         new_direct: vec3<f32>, new_hits: f32, new_indirect: vec3<f32>, new_rays: f32,
         feedback: vec3<f32>, depth: f32,
         new_depth: f32, light_rays: f32, max_rays: f32, n_rejected: f32,
-        walls: f32, new_wall_hits: f32, reserved: vec2<f32>,
     }
     struct Output {
         direct: vec3<f32>, n_hits: f32, indirect: vec3<f32>, n_rays: f32,
-        feedback: vec3<f32>, depth: f32, coverage: f32, rejected: f32, walls: f32, wall_coverage: f32,
+        feedback: vec3<f32>, depth: f32, coverage: f32, rejected: f32, a: f32, b: f32,
     }
     fn map(in: Input) -> Output {
         let before = FaceLight(in.direct, in.n_hits, in.indirect, in.n_rays, in.feedback,
-            pack4x8unorm(vec4<f32>(in.depth, in.walls, 0.0, 0.0)));
+            pack4x8unorm(vec4<f32>(in.depth, 0.0, 0.0, 0.0)));
         let samples = FaceSamples(in.new_direct, in.new_hits, in.new_indirect, in.new_rays, in.new_depth,
-            in.new_wall_hits, u32(in.n_rejected));
+            u32(in.n_rejected));
         let after = renew(before, samples, in.light_rays, in.max_rays);
         return Output(after.direct, after.n_hits, after.indirect, after.n_rays, after.feedback, hit_depth(after),
-            coverage(after), select(0.0, 1.0, has_rejected(after)), wall_share(after), wall_coverage(after));
+            coverage(after), select(0.0, 1.0, has_rejected(after)), 0.0, 0.0);
     }";
 
 /// A record is a convex mixture of old and new, against the formula in f64: the plain mean for direct
 /// light, twice its share for the newest of indirect light, the newest alone for what bounces read.
-/// Tolerances: 8 roundings of f32; half a step of 1/255 for depth and share of walls.
+/// Tolerances: 8 roundings of f32; half a step of 1/255 for depth.
 #[test]
 fn renewal_is_a_weighted_mean() {
     let mut random = Random(4);
@@ -289,9 +285,6 @@ fn renewal_is_a_weighted_mean() {
                 // Fifths are exact in steps of 1/255.
                 depth: 0.2 * (random.bits() % 6) as f32,
                 new_depth: random.unit() * new_hits,
-                walls: 0.2 * (random.bits() % 6) as f32,
-                new_wall_hits: (random.unit() * (new_hits + 1.0)).floor(),
-                reserved: [0.0; 2],
                 light_rays: new_rays + [0.0, 16.0, 1e4][random.bits() as usize % 3],
                 max_rays: [16.0, 256.0, 2048.0][random.bits() as usize % 3],
                 n_rejected: (random.bits() % 2) as f32,
@@ -356,19 +349,6 @@ fn renewal_is_a_weighted_mean() {
             (f(out[11]) - depth).abs() <= half_step,
             "{input:?}: depth is {}, expected {depth} within {half_step:.1e}",
             out[11]
-        );
-        let walls = mean(input.walls, input.new_wall_hits);
-        assert!(
-            (f(out[14]) - walls).abs() <= half_step,
-            "{input:?}: the share of walls is {}, expected {walls} within {half_step:.1e}",
-            out[14]
-        );
-        assert!(
-            within(out[15], f(out[14]) * f(out[12]), 1e-6),
-            "{input:?}: coverage by walls is {}, expected the share {} of the coverage {} within 1e-6 of it",
-            out[15],
-            out[14],
-            out[12]
         );
         assert!(
             within(out[12], hits / rays, 1e-6),
@@ -477,112 +457,105 @@ fn deposits_are_averaged_since_the_light_changed() {
 
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-struct WallCase {
-    /// Coverage and depth of the six faces.
-    coverage: [f32; 6],
-    depth: [f32; 6],
+struct SideCase {
+    /// In or near the cell.
+    place: [f32; 3],
+    bit: u32,
+    normal: [f32; 3],
+    reach: u32,
+    /// On the border.
+    through: [f32; 3],
+    pad: u32,
+    /// Which side is it on?
     at: [f32; 3],
-    /// A bit a face: whether light was found there.
-    lit: u32,
-    point: [f32; 3],
-    /// Of the hits, on walls.
-    share: f32,
+    pad2: u32,
 }
 
-const WALLS: &str = "#import lucerna::components::voxel_light::cache::FaceLight
-    #import lucerna::components::voxel_light::walls::{open_part, walls_of_axis}
-    #import lucerna::components::voxel_light::wall_words::{keep_before_walls, undivided}
-    struct Input { coverage: array<f32, 6>, depth: array<f32, 6>, at: vec3<f32>, lit: u32, point: vec3<f32>, share: f32 }
-    struct Output { kept: vec3<f32>, a: f32, undivided: vec3<f32>, b: f32 }
-    fn light(in: Input, face: u32) -> FaceLight {
-        let state = pack4x8unorm(vec4<f32>(in.depth[face], in.share, 0.0, 0.0));
-        let light = select(vec3<f32>(0.0), vec3<f32>(1.0), (in.lit & (1u << face)) != 0u);
-        return FaceLight(light, 64.0 * in.coverage[face], vec3<f32>(), 64.0, vec3<f32>(), state);
-    }
+const SIDES: &str = "#import lucerna::components::voxel_light::sides::{NO_BORDER, NO_PLACE, border_normal, is_before_border, is_reached, pack_border, pack_place, reach_bit, reach_offset, unpack_place}
+    struct Input { place: vec3<f32>, bit: u32, normal: vec3<f32>, reach: u32, through: vec3<f32>, pad: u32, at: vec3<f32>, pad2: u32 }
+    struct Output { place: vec3<f32>, is_place: u32, normal: vec3<f32>, is_border: u32, offset: vec3<i32>, bit: u32, is_before: u32, without: u32, reached: u32, beyond: u32 }
     fn map(in: Input) -> Output {
-        var walls = 0u;
-        var open: vec3<f32>;
-        for (var axis = 0u; axis < 3u; axis++) {
-            open[axis] = open_part(light(in, 2u * axis), light(in, 2u * axis + 1u));
-        }
-        for (var axis = 0u; axis < 3u; axis++) {
-            let beside = open[(axis + 1u) % 3u] * open[(axis + 2u) % 3u];
-            walls |= walls_of_axis(axis, light(in, 2u * axis), light(in, 2u * axis + 1u), beside);
-        }
-        return Output(keep_before_walls(walls, in.at, floor(in.at), in.point), 0.0, undivided(walls), 0.0);
+        let place = pack_place(in.place);
+        let border = pack_border(in.normal, in.through);
+        let offset = reach_offset(in.bit);
+        return Output(
+            unpack_place(place), u32(place != NO_PLACE), border_normal(border), u32(border != NO_BORDER),
+            offset, reach_bit(offset),
+            u32(is_before_border(border, in.at)), u32(is_before_border(NO_BORDER, in.at)),
+            u32(is_reached(in.reach, offset)), u32(is_reached(in.reach, 2 * offset)),
+        );
     }";
 
-/// A look-up never reaches behind a wall: with one face walled it stays in the half of the cell, or
-/// beyond, that the face looks to; with a sheet it moves to the border on the point's own side. Where
-/// nothing is walled it stays. What is walled: by half of what the floors of other axes leave open, a floor
-/// being a wall of which one side alone is lit; and only what stands like a wall. Tolerance: a sheet's place is
-/// kept to half of 1/63 of a cell, depths to half of 1/255.
+/// Places, borders and neighbours in words: a place is within half of 1.25/1022 of a cell of what was packed (clamped to an
+/// eighth beyond the cell); a point is in front of a border as it is of the plane, unless it is nearer than the rounding of the
+/// normal (512 steps an axis: 0.5° over its distance) and of the offset (1/16 382 of 2.5 cells); the bits are those of the 27
+/// cells around, x first.
 #[test]
-fn lookups_keep_before_walls() {
+fn sides_fit_their_words() {
     let mut random = Random(5);
-    let inputs: Vec<WallCase> = (0..20_000)
-        .map(|_| {
-            let at: [f32; 3] = std::array::from_fn(|_| random.range(3.0, 9.0));
-            WallCase {
-                coverage: std::array::from_fn(|_| {
-                    [0.0, 0.1, 0.3, 0.7, 1.0][random.bits() as usize % 5]
-                }),
-                depth: std::array::from_fn(|_| random.unit()),
-                at,
-                lit: random.bits() as u32 & 63,
-                point: at.map(|x| x + random.range(-0.5, 0.5)),
-                share: if random.bits().is_multiple_of(8) { 0.0 } else { 1.0 },
+    let mut n_before = 0;
+    let inputs: Vec<SideCase> = (0..20_000)
+        .map(|ix| {
+            let through: [f32; 3] = std::array::from_fn(|_| random.unit());
+            SideCase {
+                place: std::array::from_fn(|_| random.range(-0.2, 1.2)),
+                bit: ix % 27,
+                // Some along axes and diagonals, as walls are.
+                normal: match ix % 5 {
+                    0 => [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]][ix as usize / 5 % 3],
+                    _ => random.direction().to_array(),
+                },
+                reach: random.bits() as u32 & 0x7ff_ffff,
+                through,
+                pad: 0,
+                at: through.map(|x| x + random.range(-2.0, 2.0)),
+                pad2: 0,
             }
         })
         .collect();
-    let mut n_sheets = 0;
-    'cases: for (input, out) in inputs.iter().zip(map::<_, [f32; 8]>(WALLS, &inputs)) {
-        let mut divided = [false; 3];
-        let wall = |face: usize| input.coverage[face] * input.share;
-        let open: [f32; 3] = std::array::from_fn(|axis| {
-            let floor = [2 * axis, 2 * axis + 1]
-                .map(|face| wall(face) >= 0.5 && input.lit >> face & 1 == 1);
-            match floor {
-                [true, false] => input.depth[2 * axis].max(0.05),
-                [false, true] => input.depth[2 * axis + 1].max(0.05),
-                _ => 1.0,
-            }
-        });
-        for axis in 0..3 {
-            let beside = open[(axis + 1) % 3] * open[(axis + 2) % 3];
-            // Too close to tell, with depths in steps of 1/255.
-            if [2 * axis, 2 * axis + 1].iter().any(|&face| (wall(face) - 0.5 * beside).abs() < 5e-3)
-            {
-                continue 'cases;
-            }
-            let (at, point, cell) = (input.at[axis], input.point[axis], input.at[axis].floor());
-            let walled = [2 * axis, 2 * axis + 1].map(|face| wall(face) > 0.5 * beside);
-            let expected = match walled {
-                [false, false] => point,
-                [true, false] => point.max(cell + 0.5),
-                [false, true] => point.min(cell + 0.5),
-                [true, true] => {
-                    divided[axis] = true;
-                    // The + face's surface lies its depth below 1, the − face's its depth above 0.
-                    let sheet = 0.5 * (1.0 - input.depth[2 * axis] + input.depth[2 * axis + 1]);
-                    if ((at - cell) - sheet).abs() < 0.01 {
-                        continue;
-                    }
-                    n_sheets += 1;
-                    if at - cell > sheet { point.max(cell + 1.0) } else { point.min(cell) }
-                }
-            };
-            assert_eq!(out[axis], expected, "{input:?}: place of the look-up along axis {axis}");
-        }
-        for axis in 0..3 {
-            let others = divided[(axis + 1) % 3] || divided[(axis + 2) % 3];
+    #[derive(Clone, Copy, Debug, Pod, Zeroable)]
+    #[repr(C)]
+    struct Found {
+        place: [f32; 3],
+        is_place: u32,
+        normal: [f32; 3],
+        is_border: u32,
+        offset: [i32; 3],
+        bit: u32,
+        is_before: u32,
+        without: u32,
+        reached: u32,
+        beyond: u32,
+    }
+    for (input, out) in inputs.iter().zip(map::<_, Found>(SIDES, &inputs)) {
+        let wanted = input.place.map(|x| x.clamp(-0.125, 1.125));
+        let off = (Vec3::from(out.place) - Vec3::from(wanted)).abs().max_element();
+        assert!(off < 0.63e-3, "{input:?}: the place is {:?}, expected {wanted:?}", out.place);
+        assert_eq!((out.is_place, out.is_border), (1, 1), "{input:?}: words that are not empty");
+        let (normal, through) = (Vec3::from(input.normal).as_dvec3(), Vec3::from(input.through));
+        let turned = Vec3::from(out.normal).as_dvec3().angle_between(normal).to_degrees();
+        assert!(turned < 0.5, "{input:?}: the border's normal is turned by {turned}°");
+        let away = (Vec3::from(input.at) - through).as_dvec3();
+        let distance = away.dot(normal);
+        // Through the rounded normal, the plane turns around the cell's middle.
+        let reach = 0.5f64.to_radians() * (away.length() + 1.0) + 1.6e-4;
+        if distance.abs() > reach {
+            n_before += out.is_before;
             assert_eq!(
-                out[4 + axis] < 1.0,
-                others,
-                "{input:?}: whether the undivided part {} of axis {axis} is below 1",
-                out[4 + axis]
+                out.is_before == 1,
+                distance > 0.0,
+                "{input:?}: whether a point {distance} before the border is before it"
             );
         }
+        assert_eq!(out.without, 1, "{input:?}: without a border all points are before it");
+        let offset = [0, 1, 2].map(|axis| (input.bit / 3u32.pow(axis) % 3) as i32 - 1);
+        assert_eq!((out.offset, out.bit), (offset, input.bit), "{input:?}: offset and bit");
+        assert_eq!(out.reached, input.reach >> input.bit & 1, "{input:?}: whether it is reached");
+        let is_middle = input.bit == 13;
+        assert!(
+            is_middle || out.beyond == 0,
+            "{input:?}: a cell that is two away counts as reached"
+        );
     }
-    assert!(n_sheets > 10_000, "{n_sheets} sheets are compared, expected above 10 000");
+    assert!(n_before > 5000, "{n_before} points are before their borders, expected above 5000");
 }

@@ -58,16 +58,19 @@ impl Faces {
             grid,
             first_brick: other_words.len() as u32,
             first_record: first_record as u32,
+            first_side: (other_words.len() + words.len()) as u32,
             ..Zeroable::zeroed()
         });
         let slots = &words[grid.bricks.element_product() as usize..];
         let cells: Vec<_> =
             slots.iter().map(|&[c, _]| UVec3::new(c & 1023, c >> 10 & 1023, c >> 20)).collect();
         let n_records = first_record + cells.len() * n_faces as usize + N_GUARDS;
-        let all = [other_words.as_slice(), &words].concat();
+        // Nothing is known of the records' sides.
+        let sides = vec![[0; 2]; 2 * cells.len() * n_faces as usize];
+        let all = [other_words, words, sides].concat();
         let buffers =
             CacheBuffers::new(gpu(), &layout, all.len() as u32, n_records as u32).unwrap();
-        let n_voxels = [cells.len() as u32, 0, 0, 0];
+        let n_voxels = [cells.len() as u32, 0, cells.len() as u32 * n_faces, 0];
         gpu().queue.write_buffer(&buffers.structure, 0, bytemuck::cast_slice(&all));
         gpu().queue.write_buffer(&buffers.counts[1], 0, bytemuck::cast_slice(&n_voxels));
         Self { buffers, grid, cells, first_record, n_records, n_faces: n_faces as usize }
@@ -690,9 +693,7 @@ fn faces_gather_what_their_surfaces_see() {
                 }
                 near(new.n_rays, n_rays, 1e-3, "rays");
                 near(new.n_hits, hits, share, "hits");
-                let (depth, walls) = (new.state & 255, new.state >> 8 & 255);
-                near(depth as f32, 255.0 * 0.7, 0.51, "depth in 255ths");
-                near(walls as f32, 255.0, 0.0, "share of walls in 255ths");
+                near((new.state & 255) as f32, 255.0 * 0.7, 0.51, "depth in 255ths");
                 let sun = -f64::from(direction.y);
                 for (k, scale) in [(0, 1.0), (1, 0.5), (2, 0.25)] {
                     if finds_direct != 0 {

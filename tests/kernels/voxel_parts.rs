@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the voxels' kernels are made of: slots, faces' points, neighbours, wall words, gaps, opacities, and what a triangle adds.
+//! What the voxels' kernels are made of: slots, faces' points, neighbours, gaps, opacities, and what a triangle adds.
 
 use crate::harness::{Largest, Random, gpu, map};
 use glam::{UVec4, Vec3, Vec4};
@@ -133,64 +133,6 @@ fn neighbours_are_each_met_once() {
             if hits <= 64.0 { 1.0 } else { 64.0 / hits },
             "what a face of {hits} hits takes of its neighbours' light"
         );
-    }
-}
-
-/// The word of all combinations of walled faces, with a sheet's place to half of 1/63; and a neighbour is barred by each axis on its own.
-#[test]
-fn wall_words_hold_faces_and_places() {
-    let mut inputs = Vec::new();
-    for faces in 0..64u32 {
-        for (ix, middle) in [0.0f32, 0.2, 0.5, 0.77, 1.0, -3.0, 9.0].into_iter().enumerate() {
-            let code = (7 * faces + ix as u32) % 27;
-            let offset = [code % 3, code / 3 % 3, code / 9].map(|of| of as f32 - 1.0);
-            inputs.push([faces as f32, middle, 0.0, 0.0, offset[0], offset[1], offset[2], 0.0]);
-        }
-    }
-    let found: Vec<[u32; 2]> = map(
-        "#import lucerna::components::voxel_light::wall_words::{is_before_walls, wall_bits, walled_faces}
-         struct Input { a: vec4<f32>, offset: vec4<f32> }
-         struct Output { word: u32, answers: u32 }
-         fn map(x: Input) -> Output {
-             let faces = u32(x.a.x);
-             var word = 0u;
-             for (var axis = 0u; axis < 3u; axis++) {
-                 let bits = faces >> (2u * axis);
-                 word |= wall_bits(axis, (bits & 1u) != 0u, (bits & 2u) != 0u, x.a.y);
-             }
-             var answers = u32(is_before_walls(word, vec3<i32>(x.offset.xyz)));
-             for (var axis = 0u; axis < 3u; axis++) {
-                 answers |= walled_faces(word, axis) << (1u + 2u * axis);
-             }
-             return Output(word, answers);
-         }",
-        &inputs,
-    );
-    for (input, [word, answers]) in inputs.iter().zip(found) {
-        let faces = input[0] as u32;
-        let what =
-            format!("walled faces {faces:#08b}, middle {}, offset {:?}", input[1], &input[4..7]);
-        assert_eq!(
-            (word & 63, answers >> 1),
-            (faces, faces),
-            "{what}: faces in the word and read from it"
-        );
-        for axis in 0..3 {
-            let place = f64::from(word >> (6 + 6 * axis) & 63) / 63.0;
-            let middle = f64::from(input[1].clamp(0.0, 1.0));
-            assert!(
-                (place - middle).abs() <= 0.5 / 63.0 + 1e-6,
-                "{what}: the sheet's place along axis {axis} is {place}, expected {middle} within 0.5/63 and 1e-6"
-            );
-        }
-        assert_eq!(word >> 24, 0, "{what}: the word's highest byte");
-        // Behind a wall that looks to + lies what stands towards −.
-        let barred = (0..3).any(|axis| match input[4 + axis] {
-            -1.0 => faces >> (2 * axis) & 1 == 1,
-            1.0 => faces >> (2 * axis + 1) & 1 == 1,
-            _ => false,
-        });
-        assert_eq!(answers & 1 == 0, barred, "{what}: whether the neighbour is barred");
     }
 }
 
@@ -524,10 +466,10 @@ fn light_is_looked_up_in_a_strangers_storage() {
             }
             return u32(cell.x) | (u32(cell.y) << 8u) | (u32(cell.z) << 16u);
         }
-        fn walls_of_voxel(level: VoxelLevel, voxel: u32) -> u32 {
+        fn reach_of_face(level: VoxelLevel, voxel: u32, face: u32, point: vec3<f32>) -> u32 {
             return 0u;
         }
-        fn light_of_face(level: VoxelLevel, voxel: u32, face: u32) -> vec4<f32> {
+        fn light_of_face(level: VoxelLevel, voxel: u32, face: u32, point: vec3<f32>) -> vec4<f32> {
             let center = vec3<f32>((vec3<u32>(voxel) >> vec3<u32>(0u, 8u, 16u)) & vec3<u32>(255u)) + 0.5;
             return vec4<f32>(dot(center, vec3<f32>(1.0, 2.0, 3.0)), center.x, 1.0, 1.0);
         }";

@@ -43,6 +43,7 @@ fn full_levels(grids: &[(Vec3, f32, UVec3)], n_faces: u32) -> CacheBuffers {
             grid,
             first_brick: words.len() as u32,
             first_record: light.len() as u32,
+            first_side: (words.len() + structure.len()) as u32,
             ..Zeroable::zeroed()
         });
         for &[packed, _] in &structure[grid.bricks.element_product() as usize..] {
@@ -51,7 +52,10 @@ fn full_levels(grids: &[(Vec3, f32, UVec3)], n_faces: u32) -> CacheBuffers {
             let colors = face_colors().into_iter().take(n_faces as usize);
             light.extend(colors.map(|of| (of * (1.0 + SLOPE.dot(center))).extend(1.0)));
         }
+        // Nothing is known of the records' sides.
+        let n_sides = 2 * structure.len() * n_faces as usize;
         words.extend(structure);
+        words.extend(vec![[0; 2]; n_sides]);
     }
     let buffers =
         CacheBuffers::new(gpu(), &layout, words.len() as u32, light.len() as u32).unwrap();

@@ -1,185 +1,200 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rooms with walls at any angle, thin solids and curved shells.
+//! Walls at any angle, thin solids and curved shells, double-sided as most files are: no light through them, and as much on them as
+//! the path tracer finds.
 
-use crate::harness::gpu;
+use crate::harness::{KeepNan, gpu};
 use crate::session::{SIDE, Session, camera, upload};
 use glam::{Quat, UVec2, Vec3};
 use lucerna::blocking::render_reference;
+use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::{Camera, Projection, Scene};
 use lucerna::settings;
 use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::techniques::voxel_rt::VoxelRtSettings;
 use lucerna::testing::{House, room_with_table, vault};
 
-/// Looks from the eye along an axis, 90° wide.
-fn looking(position: Vec3, forward: Vec3) -> Camera {
-    let up = if forward.y == 0.0 { Vec3::Y } else { Vec3::X };
+fn with_cells(resolution: u32) -> VoxelRtSettings {
+    settings!(VoxelRtSettings { resolution, ..Default::default() })
+}
+
+/// The path tracer's picture, up to 12 reflections.
+fn reference(world: &GpuScene, camera: &Camera, size: u32, channel: Channel, n: u32) -> Vec<Vec3> {
+    let settings = settings!(ReferenceSettings {
+        size: UVec2::splat(size),
+        n_bounces: 12,
+        ..ReferenceSettings::default()
+    });
+    let (sums, _) = render_reference(gpu(), world, camera, &settings, n, |_| true).unwrap();
+    resolve(&sums, settings.size, channel).rgb
+}
+
+/// Looks in six directions, 90° wide each.
+fn around(position: Vec3) -> impl Iterator<Item = Camera> {
     let projection = Projection::Perspective { vertical_fov: std::f32::consts::FRAC_PI_2 };
-    Camera { name: String::new(), position, forward, up, projection }
+    Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).map(move |forward| {
+        let up = if forward.y == 0.0 { Vec3::Y } else { Vec3::X };
+        Camera { name: String::new(), position, forward, up, projection }
+    })
+}
+
+fn sum(picture: &[Vec3]) -> f64 {
+    picture.iter().map(|pixel| f64::from(pixel.element_sum())).sum()
 }
 
 /// The path tracer finds no light at all behind the walls, and some before them.
 #[test]
 fn houses_are_dark_behind_their_walls() {
-    let settings = settings!(ReferenceSettings {
-        size: UVec2::splat(12),
-        n_bounces: 4,
-        ..ReferenceSettings::default()
-    });
-    for seed in 0..24 {
-        let house = House::draw(seed, 8.0 / 64.0);
+    for seed in 0..3 {
+        let house = House::draw(seed, 8.0 / 32.0);
         let world = upload(&house.scene);
         for (part, eye) in house.eyes.into_iter().enumerate() {
-            for forward in Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]) {
-                let camera = looking(eye, forward);
-                let (sums, _) =
-                    render_reference(gpu(), &world, &camera, &settings, 4, |_| true).unwrap();
-                let picture = resolve(&sums, settings.size, Channel::Beauty);
-                let n_lit = picture.rgb.iter().filter(|&&pixel| pixel != Vec3::ZERO).count();
+            for camera in around(eye) {
+                let light = sum(&reference(&world, &camera, 8, Channel::Beauty, 4));
                 assert!(
-                    (n_lit > 0) == (part == 0),
-                    "house {seed}, {}, towards {forward}: {n_lit} of 144 pixels have light",
-                    ["lit part", "dark part"][part]
+                    (light > 0.0) == (part == 0),
+                    "house {seed}, {}, towards {}: light {light}",
+                    ["lit part", "dark part"][part],
+                    camera.forward
                 );
             }
         }
     }
 }
 
-/// Looks straight down (against the axis `up`) on a square of this half side around a point.
-fn down_on(at: Vec3, half_height: f32, up: usize) -> Camera {
-    let (forward, side) = (-Vec3::AXES[up], Vec3::AXES[(up + 1) % 3]);
-    Camera {
+/// Twelve houses (`lucerna bench leaks` has a hundred): of the lit part's light, the median house's dark part has at most 0.2 %, and the worst one's 1 %.
+#[test]
+fn little_light_leaks_through_walls_at_any_angle() {
+    const CELLS: u32 = 32;
+    let mut leaks: Vec<f64> = (0..12)
+        .map(|seed| {
+            let house = House::draw(seed, 8.0 / CELLS as f32);
+            let world = upload(&house.scene);
+            let eye = around(house.eyes[0]).next().unwrap();
+            let mut session = Session::new(&world, &eye, with_cells(CELLS));
+            session.run(&world, 24);
+            let [lit, dark] = house.eyes.map(|eye| -> f64 {
+                around(eye)
+                    .map(|camera| {
+                        session.camera = camera;
+                        sum(&session.picture(&world, 2, Channel::Indirect))
+                    })
+                    .sum()
+            });
+            println!("house {seed}: {:.3} %", 100.0 * dark / lit);
+            assert!(
+                dark < 0.01 * lit,
+                "house {seed}, wall of {} m towards {}: its dark part has {} of the lit one's light, expected below 0.01",
+                house.thickness,
+                house.normal,
+                dark / lit
+            );
+            dark / lit
+        })
+        .collect();
+    leaks.sort_by(f64::total_cmp);
+    assert!(leaks[6] < 0.002, "median share of light that leaks: {}, expected 0.002", leaks[6]);
+}
+
+/// Indirect light on the top of a table, wherever it stands among the cells: 16 heights, four thicknesses from 0.2 to 2
+/// cells, single- and double-sided, along each of the axes, each in turn; within 3 % of the path tracer. (Noise: a sample
+/// deviates by about its mean; 290 of each of 30 faces give 1 %, 98 000 of the path tracer 0.4 %. What bounces had
+/// not brought in the first frames is 0.5 %.)
+#[test]
+fn thin_tables_are_lit_at_every_height() {
+    const CELLS: u32 = 32;
+    let cell = 8.0 / CELLS as f32;
+    let settings = settings!(VoxelRtSettings { points_per_face: 6, ..with_cells(CELLS) });
+    let down_on = |at: Vec3, up: usize| Camera {
         name: String::new(),
         position: at + 0.5 * Vec3::AXES[up],
-        forward,
-        up: side,
-        projection: Projection::Orthographic { half_height },
-    }
-}
-
-/// Mean indirect light on the table's top, found and by the path tracer.
-fn light_on_table(cells: u32, top: f32, thickness: f32, double_sided: bool, up: usize) -> [f64; 2] {
-    let scene = room_with_table(top, thickness, double_sided, up);
-    let world = upload(&scene);
-    // The middle of the table, turned as the room is.
-    let at = match up {
-        0 => Vec3::new(top, 2.0, 4.0),
-        1 => Vec3::new(4.0, top, 2.0),
-        _ => Vec3::new(2.0, 4.0, top),
+        forward: -Vec3::AXES[up],
+        up: Vec3::AXES[(up + 1) % 3],
+        projection: Projection::Orthographic { half_height: 0.7 },
     };
-    let camera = down_on(at, 0.7, up);
-    let settings = settings!(VoxelRtSettings { resolution: cells, ..Default::default() });
-    let mut session = Session::new(&world, &camera, settings);
-    session.run(&world, 32);
-    let found = session.mean(&world, 16, Channel::Indirect).element_sum();
-    let settings = settings!(ReferenceSettings {
-        size: UVec2::splat(24),
-        n_bounces: 12,
-        ..ReferenceSettings::default()
-    });
-    let (sums, _) = render_reference(gpu(), &world, &camera, &settings, 48, |_| true).unwrap();
-    let picture = resolve(&sums, settings.size, Channel::Indirect).rgb;
-    let sum: f64 = picture.iter().map(|pixel| f64::from(pixel.element_sum())).sum();
-    [found, sum / picture.len() as f64]
-}
-
-#[test]
-fn thin_tables() {
-    let cells: u32 = std::env::var("CELLS").map_or(32, |s| s.parse().unwrap());
-    let cell = 8.0 / cells as f32;
-    for thickness in [0.2f32, 0.7, 1.3, 2.0] {
-        for double_sided in [true, false] {
-            let up = 1;
-            for step in 0..8 {
-                let top = 0.75 + cell * (step as f32 + 0.25) / 8.0;
-                let [found, expected] =
-                    light_on_table(cells, top, thickness * cell, double_sided, up);
-                println!(
-                    "{thickness} cells, double-sided {double_sided}, step {step}: {:.3}",
-                    found / expected
-                );
-            }
-        }
+    let mut worst = 0.0;
+    for step in 0..16 {
+        let top = 0.9 + cell * (step as f32 + 0.25) / 16.0;
+        // The room turned, and the middle of its table.
+        let up = step % 3;
+        let at = [Vec3::new(top, 2.0, 4.0), Vec3::new(4.0, top, 2.0), Vec3::new(2.0, 4.0, top)][up];
+        let view = down_on(at, up);
+        let (thickness, double_sided) = ([0.2, 0.7, 1.3, 2.0][step % 4], step / 4 % 2 == 0);
+        let world = upload(&room_with_table(top, thickness * cell, double_sided, up));
+        let expected = reference(&world, &view, 16, Channel::Indirect, 384);
+        let expected = sum(&expected) / expected.len() as f64;
+        let mut session = Session::new(&world, &view, settings);
+        session.run(&world, 44);
+        let ratio = session.mean(&world, 4, Channel::Indirect).element_sum() / expected;
+        worst = (ratio - 1.0).abs().max_nan(worst);
+        assert!(
+            (ratio - 1.0).abs() < 0.03,
+            "top at {top}, {thickness} cells thick, double-sided {double_sided}, axis {up}: light on it is {ratio} of the path tracer's, expected 1 within 0.03"
+        );
     }
+    println!("off by {worst} at most");
 }
 
-/// Indirect light that a camera sees by the path tracer's: the mean, and the root mean square of how far blocks of 3 × 3
-/// pixels are off it.
+/// What a camera sees by what the path tracer finds: the mean, and the root mean square of how far blocks of 4 × 4 pixels are off
+/// it, with the noise of both.
 fn compared(scene: &Scene, camera: &Camera, cells: u32, n_samples: u32) -> [f64; 2] {
     let world = upload(scene);
-    let settings = settings!(VoxelRtSettings { resolution: cells, ..Default::default() });
-    let mut session = Session::new(&world, camera, settings);
-    session.run(&world, 48);
-    let found = session.picture(&world, 16, Channel::Indirect);
-    let settings = settings!(ReferenceSettings {
-        size: UVec2::splat(SIDE),
-        n_bounces: 12,
-        ..ReferenceSettings::default()
-    });
-    let (sums, _) =
-        render_reference(gpu(), &world, camera, &settings, n_samples, |_| true).unwrap();
-    let expected = resolve(&sums, settings.size, Channel::Indirect).rgb;
-    let blocks = SIDE as usize / 3;
-    let block = |picture: &[Vec3], ix: usize| -> f64 {
-        let (x, y) = (ix % blocks * 3, ix / blocks * 3);
-        let pixels = (0..9).map(|k| picture[(y + k / 3) * SIDE as usize + x + k % 3]);
-        pixels.map(|pixel| f64::from(pixel.element_sum())).sum()
+    let mut session = Session::new(&world, camera, with_cells(cells));
+    session.run(&world, 40);
+    let found = session.picture(&world, 8, Channel::Indirect);
+    let expected = reference(&world, camera, SIDE, Channel::Indirect, n_samples);
+    let (side, n_blocks) = (SIDE as usize, SIDE as usize / 4);
+    let block = |picture: &[Vec3], ix: usize| {
+        let (x, y) = (ix % n_blocks * 4, ix / n_blocks * 4);
+        let rows = (y..y + 4).map(|row| sum(&picture[row * side + x..][..4]));
+        rows.sum::<f64>()
     };
     let ratios: Vec<f64> =
-        (0..blocks * blocks).map(|ix| block(&found, ix) / block(&expected, ix)).collect();
-    if std::env::var("SHOW").is_ok() {
-        for row in 0..SIDE as usize {
-            let sum = |p: &[Vec3]| -> f32 { p[row * 24..][..24].iter().map(|x| x.element_sum()).sum() };
-            println!("row {row}: {:.3}, {:.4}", sum(&found) / sum(&expected), sum(&expected));
-        }
-        for row in ratios.chunks(blocks) {
-            println!("{:.2?}", row);
-        }
-    }
+        (0..n_blocks * n_blocks).map(|ix| block(&found, ix) / block(&expected, ix)).collect();
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
     let square = ratios.iter().map(|ratio| (ratio / mean - 1.0).powi(2)).sum::<f64>();
     [mean, (square / ratios.len() as f64).sqrt()]
 }
 
-/// A vault, seen from below.
-fn light_under_vault(cells: u32, thickness: f32, turned: Quat) -> [f64; 2] {
-    let at = |p: [f32; 3]| (turned * Vec3::from(p)).to_array();
-    let camera = Camera {
-        projection: Projection::Perspective { vertical_fov: 1.0 },
-        ..camera(at([1.5, 0.6, 0.0]), at([-0.5, 2.4, 0.2]))
-    };
-    compared(&vault(thickness, turned), &camera, cells, 512)
-}
-
+/// A vault between a dim lamp and a bright one, from a sheet to 3 cells thick, however it is turned: the light under it is within
+/// 5 % of the path tracer's, and no bands stand in it: its blocks differ by no more than 6 %, of which half is noise. (At 128 cells and
+/// with little noise: 0.4 %, and 2.6 %.)
 #[test]
-fn lit_parts() {
-    let cells: u32 = std::env::var("CELLS").map_or(64, |s| s.parse().unwrap());
-    for seed in std::env::var("SEED").map_or(1..9, |s| { let k: u64 = s.parse().unwrap(); k..k + 1 }) {
-        let house = House::draw(seed, 8.0 / cells as f32);
-        let eye = house.eyes[0];
-        let look = (-house.normal - 0.8 * Vec3::Y).normalize();
-        let camera = camera(eye.to_array(), (eye + look).to_array());
-        let [mean, bands] = compared(&house.scene, &camera, cells, 256);
-        println!(
-            "house {seed} ({:.2} cells): mean {mean:.3}, bands {:.1} %",
-            house.thickness * cells as f32 / 8.0,
-            100.0 * bands
+fn thin_vaults_do_not_mix_their_sides() {
+    const CELLS: u32 = 64;
+    let turned = Quat::from_rotation_y(0.6) * Quat::from_rotation_x(0.3);
+    for (thickness, turned) in
+        [(0.0, turned), (0.5, Quat::IDENTITY), (1.2, turned), (3.0, Quat::IDENTITY)]
+    {
+        let at = |p: [f32; 3]| (turned * Vec3::from(p)).to_array();
+        let camera = Camera {
+            projection: Projection::Perspective { vertical_fov: 1.0 },
+            ..camera(at([1.5, 0.6, 0.0]), at([-0.5, 2.4, 0.2]))
+        };
+        let scene = vault(thickness * 8.0 / CELLS as f32, turned);
+        let [mean, bands] = compared(&scene, &camera, CELLS, 1024);
+        println!("{thickness} cells: mean {mean:.3}, bands {bands:.3}");
+        assert!(
+            (mean - 1.0).abs() < 0.05 && bands < 0.06,
+            "vault of {thickness} cells, turned {turned}: light under it is {mean:.3} of the path tracer's, its blocks differ by {bands:.3}; expected 1 within 0.05, and below 0.06"
         );
     }
 }
 
+/// At the foot of thick walls that lean over the floor, what is inside of them, under the floor, or behind them darkens nothing:
+/// within 3 %, and blocks differ by no more than 5 %.
 #[test]
-fn vaults() {
-    let cells: u32 = std::env::var("CELLS").map_or(64, |s| s.parse().unwrap());
-    let cell = 8.0 / cells as f32;
-    for turned in [Quat::IDENTITY, Quat::from_rotation_y(0.6) * Quat::from_rotation_x(0.3)] {
-        for thickness in [0.0f32, 0.5, 1.0, 1.6, 3.0] {
-            let [mean, bands] = light_under_vault(cells, thickness * cell, turned);
-            println!(
-                "{thickness} cells, turned {turned}: mean {mean:.3}, bands {:.1} %",
-                100.0 * bands
-            );
-        }
+fn the_feet_of_walls_are_lit() {
+    const CELLS: u32 = 64;
+    for seed in [2, 5] {
+        let house = House::draw(seed, 8.0 / CELLS as f32);
+        let eye = house.eyes[0];
+        let down = (-house.normal - 0.8 * Vec3::Y).normalize();
+        let camera = camera(eye.to_array(), (eye + down).to_array());
+        let [mean, bands] = compared(&house.scene, &camera, CELLS, 256);
+        println!("house {seed}: mean {mean:.3}, bands {bands:.3}");
+        assert!(
+            (mean - 1.0).abs() < 0.03 && bands < 0.05,
+            "house {seed}: the lit part's light is {mean:.3} of the path tracer's, its blocks differ by {bands:.3}; expected 1 within 0.03, and below 0.05"
+        );
     }
 }

@@ -6,7 +6,7 @@
 #define_import_path lucerna::integrators::face_sides
 
 #import lucerna::components::voxel_light::face_point::{FACE_RAY_LENGTH, face_point}
-#import lucerna::components::voxel_light::sides::{NO_BORDER, NO_PLACE, pack_border, pack_place, unpack_place}
+#import lucerna::components::voxel_light::sides::{NO_BORDER, pack_border, pack_place, unpack_place}
 #import lucerna::components::voxels::grid::{VoxelGrid, face_normal, grid_from_world, unpack_cell, world_from_grid}
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::sampling::low_discrepancy::sobol_owen
@@ -14,6 +14,7 @@
 #import lucerna::scene::rays::{any_hit, nearest_hit}
 #import lucerna::scene::surface::surface_at
 #import lucerna::math::frame::frame_from_normal
+#import lucerna::math::octahedral::{pack_direction, unpack_direction}
 #import lucerna::scene::types::{Ray, Surface, hit_is_miss, seen_from}
 
 /// Rays along the face's axis.
@@ -35,6 +36,8 @@ const ENCLOSED: f32 = 2.0;
 /// What a face sees, and what is behind that: places in front of its surfaces, from the cell's corner [cells].
 struct Seen {
     places: array<vec3<f32>, MAX_PLACES>,
+    /// The normals of these surfaces on that side (`math::octahedral::pack_direction`).
+    normals: array<u32, MAX_PLACES>,
     n: u32,
 }
 
@@ -80,7 +83,9 @@ fn look_into(grid: VoxelGrid, packed_cell: u32, face: u32) -> Seen {
             if !layer.is_surface {
                 break;
             }
-            seen.places[seen.n] = place_above(grid, seen_from(layer.surface, -outward)) - cell;
+            let surface = seen_from(layer.surface, -outward);
+            seen.places[seen.n] = place_above(grid, surface) - cell;
+            seen.normals[seen.n] = pack_direction(surface.geometric_normal);
             seen.n += 1u;
         }
     }
@@ -97,18 +102,18 @@ fn place_above(grid: VoxelGrid, surface: Surface) -> vec3<f32> {
     return grid_from_world(grid, start + 0.5 * select(above.t, room, hit_is_miss(above)) * normal);
 }
 
-/// Whether a place (in grid units) sees nothing that is far, in the directions of a face: it is inside something solid, or
-/// in a gap that cells are too coarse for.
-fn is_enclosed(grid: VoxelGrid, place: vec3<f32>, face: u32) -> bool {
-    let basis = frame_from_normal(face_normal(face));
+/// Whether a place (in grid units) in front of a surface with this normal (unit length) sees nothing that is far: it is
+/// inside something solid, or in a gap that cells are too coarse for.
+fn is_enclosed(grid: VoxelGrid, place: vec3<f32>, normal: vec3<f32>) -> bool {
+    let basis = frame_from_normal(normal);
     let origin = world_from_grid(grid, place);
-    if !any_hit(Ray(origin, 0.0, basis[2], ENCLOSED * grid.cell)) {
-        return false;
-    }
-    for (var k = 0u; k < 4u; k++) {
-        // 45° off the axis.
-        let across = select(-1.0, 1.0, (k & 1u) != 0u) * basis[k >> 1u];
-        let direction = (basis[2] + across) * 0.70710678;
+    for (var k = 0u; k < 5u; k++) {
+        var direction = normal;
+        if k > 0u {
+            // 45° off the normal.
+            let across = select(-1.0, 1.0, (k & 1u) != 0u) * basis[(k - 1u) >> 1u];
+            direction = normalize(normal + across);
+        }
         if !any_hit(Ray(origin, 0.0, direction, ENCLOSED * grid.cell)) {
             return false;
         }
@@ -174,11 +179,10 @@ struct ChosenGroups {
     beyond: u32,
 }
 
-/// Chooses among the groups of what a face (0 to 5) sees.
+/// Chooses among the groups of what a face sees.
 fn choose_groups(
     grid: VoxelGrid,
     cell: vec3<f32>,
-    face: u32,
     seen: ptr<function, Seen>,
     groups: array<u32, MAX_PLACES>,
 ) -> ChosenGroups {
@@ -196,7 +200,9 @@ fn choose_groups(
         if k == 0u && largest_group((*seen).n, groups, looked_at) == 0u {
             return chosen;
         }
-        if is_enclosed(grid, cell + unpack_place(place_of_group(seen, groups, group)), face) {
+        let middle = middle_of_group(seen, groups, group);
+        let normal = unpack_direction((*seen).normals[middle]);
+        if is_enclosed(grid, cell + (*seen).places[middle], normal) {
             continue;
         }
         n_open += 1u;
@@ -211,24 +217,29 @@ fn choose_groups(
     return chosen;
 }
 
-/// The place of a group that is nearest to its middle, packed.
-fn place_of_group(seen: ptr<function, Seen>, groups: array<u32, MAX_PLACES>, group: u32) -> u32 {
+/// The place of a group (which has some) that is nearest to its middle.
+fn middle_of_group(seen: ptr<function, Seen>, groups: array<u32, MAX_PLACES>, group: u32) -> u32 {
     var sum = vec4<f32>(0.0);
     for (var ix = 0u; ix < (*seen).n; ix++) {
         if groups[ix] == group {
             sum += vec4<f32>((*seen).places[ix], 1.0);
         }
     }
-    var best = NO_PLACE;
+    var best = 0u;
     var least = 1e9;
     for (var ix = 0u; ix < (*seen).n; ix++) {
         let away = length((*seen).places[ix] - sum.xyz / sum.w);
         if groups[ix] == group && away < least {
             least = away;
-            best = pack_place((*seen).places[ix]);
+            best = ix;
         }
     }
     return best;
+}
+
+/// The packed place of a group (which has some): the one that is nearest to its middle.
+fn place_of_group(seen: ptr<function, Seen>, groups: array<u32, MAX_PLACES>, group: u32) -> u32 {
+    return pack_place((*seen).places[middle_of_group(seen, groups, group)]);
 }
 
 /// The plane of the first surface from one place to another, towards the first one, packed; NO_BORDER if there is none.

@@ -18,9 +18,9 @@ pub trait LevelInfo: NoUninit + of_lucerna::Sealed {
     fn level(&self) -> u32;
 }
 
-/// Copies a level's light into a new structure, one invocation per slot.
+/// Copies a level's light into a new structure, one invocation per record.
 pub type CarryPass = LevelPass<CarryInfo>;
-/// Counts the faces whose samples were left out, one invocation per slot.
+/// Counts the records whose samples were left out, one invocation per record.
 pub type FaultsPass = LevelPass<FaultsInfo>;
 /// Computes from the records what bounces and pictures look up, one invocation per record.
 pub type PublishPass = LevelPass<PublishInfo>;

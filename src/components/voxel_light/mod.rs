@@ -29,8 +29,7 @@ use crate::bindings::lucerna::components::voxel_light::accumulator::{
 };
 use crate::components::LightVisibility;
 use crate::components::voxels::{
-    RECORD_GROUPS_OFFSET, Triangles, VOXEL_GROUPS_OFFSET, VoxelError, VoxelGrid, Voxelizer,
-    n_bricks,
+    RECORD_GROUPS_OFFSET, Triangles, VoxelError, VoxelGrid, Voxelizer, n_bricks,
 };
 use crate::gpu::{Dispatch, Gpu, GpuError, Recorder, Shaders};
 use crate::report::{Notice, Stat};
@@ -152,11 +151,6 @@ struct Level {
 }
 
 impl Level {
-    /// One invocation per slot.
-    fn slots(&self) -> Dispatch<'_> {
-        Dispatch::Indirect(self.voxelizer.counts(), VOXEL_GROUPS_OFFSET)
-    }
-
     /// One invocation per face.
     fn records(&self) -> Dispatch<'_> {
         Dispatch::Indirect(self.voxelizer.counts(), RECORD_GROUPS_OFFSET)
@@ -319,6 +313,8 @@ impl VoxelLight {
             let room = "use fewer voxels, or one value per voxel";
             stats.push(Stat::counted("voxels of a level", "voxels", counts, 0));
             stats.push(Stat::counted("without room in a level", "voxels", counts, 4).fault(room));
+            let mixed = "on both sides of a wall and without room for a second record";
+            stats.push(Stat::counted(mixed, "faces", counts, 12).fault(room));
         }
         let faults = [
             ("light was not finite and counts as dark", "faces", "please report it"),
@@ -459,9 +455,9 @@ impl VoxelLight {
     /// Counts faults, and records what bounces and pictures look up.
     fn publish(&self, recorder: &mut Recorder, light_rays: f32) {
         let pass = &mut recorder.compute("voxel_light/publish");
-        for (level, of_level) in (0..).zip(&self.levels) {
+        for level in 0..self.layout.n_levels {
             let faults = FaultsInfo { level, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
-            self.faults.record(pass, &self.buffers, &faults, of_level.slots());
+            self.faults.record(pass, &self.buffers, &faults, self.buffers.records(level));
             let info = PublishInfo {
                 level,
                 feedback: u32::from(self.settings.bounces == Bounces::Unlimited),

@@ -70,7 +70,7 @@ fn pack_border(normal: vec3<f32>, point: vec3<f32>) -> u32 {
     return n.x | (n.y << 9u) | ((u32(round(share * BORDER_STEPS)) + 1u) << 18u);
 }
 
-/// The unit normal of a border, within 0.4°.
+/// The unit normal of a border, within 0.5°.
 fn border_normal(border: u32) -> vec3<f32> {
     let steps = vec2<f32>(f32(border & 511u), f32((border >> 9u) & 511u));
     return direction_from_octahedral(steps / NORMAL_STEPS * 2.0 - 1.0);

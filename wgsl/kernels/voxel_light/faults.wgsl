@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Counts the faces whose samples were left out.
+//! Counts the records whose samples were left out.
 //!
-//! Dispatch: indirect, one invocation a slot, in rows as `lucerna::math::dispatch` lays them out.
+//! Dispatch: indirect, one invocation a record, in rows as `lucerna::math::dispatch` lays them out.
 //! Workgroup memory: none.
 
 #import lucerna::math::dispatch::group_of_dispatch
@@ -20,25 +20,22 @@ struct FaultsInfo {
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
 @group(1) @binding(1) var<uniform> info: FaultsInfo;
-/// x: occupied voxels of the level.
+/// z: records of the level.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
 @group(1) @binding(3) var<storage, read> lights: array<FaceLight>;
 @group(1) @binding(4) var<storage, read_write> faults: FaceFaults;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let slot = group_of_dispatch(group) * WORKGROUP + local;
-    let level = levels.levels[info.level];
-    if slot >= counts.x {
+    let record = group_of_dispatch(group) * WORKGROUP + local;
+    if record >= counts.z {
         return;
     }
-    let first = level.first_record + level.grid.n_faces * slot;
-    for (var face = 0u; face < level.grid.n_faces; face++) {
-        if has_rejected(lights[first + face]) {
-            atomicAdd(&faults.n_rejected, 1u);
-        }
-        if has_cut(lights[first + face]) {
-            atomicAdd(&faults.n_cut, 1u);
-        }
+    let light = lights[levels.levels[info.level].first_record + record];
+    if has_rejected(light) {
+        atomicAdd(&faults.n_rejected, 1u);
+    }
+    if has_cut(light) {
+        atomicAdd(&faults.n_cut, 1u);
     }
 }

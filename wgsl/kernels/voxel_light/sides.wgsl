@@ -55,14 +55,13 @@ fn find_places(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     }
     let packed_cell = structure[slot_word(level, record / grid.n_faces)].x;
     let cell = vec3<f32>(unpack_cell(packed_cell));
-    let face = record % grid.n_faces;
-    var seen = look_into(grid, packed_cell, face);
+    var seen = look_into(grid, packed_cell, record % grid.n_faces);
     var place = NO_PLACE;
     var border = NO_BORDER;
     var other = 0u;
     if seen.n > 0u {
         let groups = groups_of(grid, cell, &seen);
-        let chosen = choose_groups(grid, cell, face, &seen, groups);
+        let chosen = choose_groups(grid, cell, &seen, groups);
         place = place_of_group(&seen, groups, chosen.own);
         if chosen.beyond != 0u && info.divides != 0u {
             let there = place_of_group(&seen, groups, chosen.beyond);
