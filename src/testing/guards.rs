@@ -10,7 +10,7 @@ pub fn guard_buffers() {
     guards::start();
 }
 
-/// Fails if a guard of this thread's buffers is no longer zero, after all submitted work. Forgets the buffers, and returns how many there were.
+/// Fails if a guard of this thread's buffers has changed, after all submitted work (unless the host has cleared all of it). Forgets the buffers, and returns how many there were.
 ///
 /// # Panics
 /// If a word behind a buffer was written, or the device is lost. The message names the buffers and the first words.
@@ -20,7 +20,9 @@ pub fn assert_guards(gpu: &Gpu) -> usize {
     for Guarded { label, buffer, size } in &guarded {
         let bytes = super::read_of(gpu, buffer);
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes[*size as usize..]);
-        if let Some(ix) = words.iter().position(|&word| word != 0) {
+        let is_cleared = words.iter().all(|&word| word == 0);
+        let first = words.iter().position(|&word| word != guards::GUARD_WORD);
+        if let Some(ix) = first.filter(|_| !is_cleared) {
             written.push(format!(
                 "`{label}`, {size} bytes: word {ix} behind its end is {:#010x}",
                 words[ix]

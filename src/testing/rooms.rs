@@ -28,7 +28,7 @@ impl House {
     /// \[m\] (one of four: a sheet); one to three lamps.
     pub fn draw(seed: u64, cell: f32) -> Self {
         let mut random = Random(seed.wrapping_mul(0x9e37_79b9).wrapping_add(77));
-        let thickness = if seed % 4 == 0 { 0.0 } else { random.range(0.05, 1.5) * cell };
+        let thickness = if seed.is_multiple_of(4) { 0.0 } else { random.range(0.05, 1.5) * cell };
         loop {
             let (around, tilt) =
                 (random.range(0.0, std::f32::consts::TAU), random.range(-0.44, 0.44));
@@ -56,7 +56,7 @@ impl House {
                 meshes.push(section(through - half, -normal));
             }
             for mesh in &mut meshes {
-                if random.bits() % 2 == 0 {
+                if random.bits().is_multiple_of(2) {
                     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
                 }
             }

@@ -65,7 +65,6 @@ impl DepositPass {
     /// Traces this frame's rays and deposits what they find.
     ///
     /// `seed`: a different one in each frame. `light_frames`: see `cache::add_deposit`.
-    #[expect(clippy::too_many_arguments, reason = "a pass names everything that it reads")]
     pub(super) fn record(
         &self,
         recorder: &mut Recorder,
