@@ -2,15 +2,16 @@
 //! Walls at any angle, thin solids and curved shells, double-sided as most files are: no light through them, and as much on them as
 //! the path tracer finds.
 
-use crate::harness::{KeepNan, gpu};
+use crate::harness::{KeepNan, gpu, read};
 use crate::session::{SIDE, Session, camera, upload};
 use glam::{Quat, UVec2, Vec3};
 use lucerna::blocking::render_reference;
+use lucerna::components::voxel_light::Levels;
 use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::{Camera, Projection, Scene};
 use lucerna::settings;
 use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
-use lucerna::techniques::voxel_rt::VoxelRtSettings;
+use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
 use lucerna::testing::{House, room_with_table, vault};
 
 fn with_cells(resolution: u32) -> VoxelRtSettings {
@@ -197,4 +198,42 @@ fn the_feet_of_walls_are_lit() {
             "house {seed}: the lit part's light is {mean:.3} of the path tracer's, its blocks differ by {bands:.3}; expected 1 within 0.03, and below 0.05"
         );
     }
+}
+
+/// A level that follows the camera finds its sides anew, and the others keep theirs: the whole house has as many records afterwards, and the dark
+/// part stays dark.
+#[test]
+fn levels_that_scroll_keep_their_sides() {
+    let house = House::draw(6, 8.0 / 32.0);
+    let world = upload(&house.scene);
+    let [lit, dark] = house.eyes.map(|eye| around(eye).next().unwrap());
+    let settings = settings!(VoxelRtSettings { levels: Levels::Nested(2), ..with_cells(32) });
+    let mut session = Session::new(&world, &dark, settings);
+    session.run(&world, 24);
+    let records = |session: &Session<VoxelRt>| -> Vec<[u32; 2]> {
+        let buffers = &session.technique.buffers().counts;
+        let counts = buffers.iter().map(|counts| bytemuck::pod_collect_to_vec(&read(counts)));
+        counts.map(|counts: Vec<u32>| [6 * counts[0], counts[2]]).collect()
+    };
+    let before = records(&session);
+    assert!(
+        before.iter().all(|[first, all]| first < all),
+        "first records, and all, of each level: {before:?}, expected some second ones"
+    );
+    for _ in 0..3 {
+        for camera in [&lit, &dark] {
+            session.camera = camera.clone();
+            session.run(&world, 1);
+        }
+    }
+    assert_eq!(records(&session), before, "first records, and all, of each level");
+    session.run(&world, 8);
+    let dark_light = sum(&session.picture(&world, 2, Channel::Indirect));
+    session.camera = lit;
+    session.run(&world, 8);
+    let lit_light = sum(&session.picture(&world, 2, Channel::Indirect));
+    assert!(
+        dark_light < 0.01 * lit_light,
+        "light in the dark part is {dark_light}, in the lit one {lit_light}, expected below 0.01 of it"
+    );
 }

@@ -482,9 +482,11 @@ impl VoxelLight {
         ] {
             recorder.encoder().copy_buffer_to_buffer(now, 0, before, 0, now.size());
         }
+        let mut is_new = [false; MAX_LEVELS as usize];
         for (ix, level) in self.levels.iter().enumerate() {
             let triangles = if shifts[ix] == IVec3::ZERO { pending } else { Some(Triangles::All) };
             let Some(triangles) = triangles else { continue };
+            is_new[ix] = true;
             let voxelizer = &level.voxelizer;
             voxelizer.record(recorder, scene, triangles)?;
             let to = u64::from(self.layout.levels[ix].first_brick) * 8;
@@ -497,7 +499,9 @@ impl VoxelLight {
         }
         if let Some(sides) = &self.sides {
             let pass = &mut recorder.compute("voxel_light/sides");
-            for (level, of_level) in (0..).zip(&self.levels) {
+            // (The others have their second records.)
+            for (level, of_level) in (0..).zip(&self.levels).filter(|&(ix, _)| is_new[ix as usize])
+            {
                 sides.record(pass, scene, &self.buffers, level, of_level.records());
             }
         }
