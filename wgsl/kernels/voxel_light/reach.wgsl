@@ -6,12 +6,14 @@
 //! `voxel_light/sides`. Workgroup memory: none. Each invocation writes a word of its own record, and reads words of others
 //! that nothing writes.
 
+#import lucerna::components::voxel_light::cache::FaceFaults
 #import lucerna::components::voxel_light::sides::{NO_PLACE, is_before_border, reach_offset, unpack_place}
 #import lucerna::components::voxels::bricks::{NO_SLOT, brick_of_cell, slot_in_brick}
 #import lucerna::components::voxels::grid::{is_inside, unpack_cell}
 #import lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels, side_word, slot_word}
 #import lucerna::integrators::face_sides::see_each_other
 #import lucerna::math::dispatch::group_of_dispatch
+#import lucerna::math::loops::loops_run
 
 const WORKGROUP: u32 = 64u;
 
@@ -28,6 +30,7 @@ struct ReachInfo {
 /// x: occupied voxels of the level; z: its records.
 @group(1) @binding(2) var<uniform> counts: vec4<u32>;
 @group(1) @binding(3) var<storage, read_write> structure: array<vec2<u32>>;
+@group(1) @binding(4) var<storage, read_write> faults: FaceFaults;
 
 /// The slot of a cell, or NO_SLOT.
 fn slot_of_cell(level: VoxelLevel, cell: vec3<i32>) -> u32 {
@@ -83,4 +86,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         }
     }
     structure[at].x = reach;
+    // (No index of a level has the top bit.)
+    if !loops_run(info.level >> 31u) {
+        atomicAdd(&faults.n_cut, 1u);
+    }
 }

@@ -10,12 +10,14 @@
 //! record's words and those of the second record that it adds; the order of second records is that of the work, and nothing
 //! else depends on it.
 
+#import lucerna::components::voxel_light::cache::FaceFaults
 #import lucerna::components::voxel_light::sides::{NO_BORDER, NO_PLACE}
 #import lucerna::components::voxels::counts::COUNTED_WORKGROUP
 #import lucerna::components::voxels::grid::unpack_cell
 #import lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels, side_word, slot_word}
 #import lucerna::integrators::face_sides::{border_between, choose_groups, groups_of, look_into, place_of_group}
 #import lucerna::math::dispatch::{dispatch_of_groups, group_of_dispatch}
+#import lucerna::math::loops::loops_run
 
 const WORKGROUP: u32 = 64u;
 struct SidesInfo {
@@ -31,6 +33,7 @@ struct SidesInfo {
 @group(1) @binding(1) var<uniform> info: SidesInfo;
 @group(1) @binding(2) var<storage, read_write> structure: array<vec2<u32>>;
 @group(1) @binding(3) var<storage, read_write> tally: RecordCounts;
+@group(1) @binding(4) var<storage, read_write> faults: FaceFaults;
 
 /// `lucerna::components::voxels::counts::VoxelCounts`, while records are added.
 struct RecordCounts {
@@ -74,6 +77,10 @@ fn find_places(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     let at = side_word(level, record);
     structure[at] = vec2<u32>(0u, place);
     structure[at + 1u] = vec2<u32>(border, other);
+    // (No index of a level has the top bit.)
+    if !loops_run(info.level >> 31u) {
+        atomicAdd(&faults.n_cut, 1u);
+    }
 }
 
 /// Adds the second record of a face; returns 1 + its index, or 0 if there is no room.
