@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The kernels that go over the records of `voxel-rt`'s cache: carry, faults, publish.
 
-use crate::harness::{Random, assert_each, differing_bytes, gpu, read, submit};
+use crate::harness::{Random, assert_each, differing_bytes, gpu, read, storage, submit};
 use bytemuck::Zeroable;
 use glam::{IVec3, UVec3, Vec3};
+use lucerna::bindings::kernels::voxel_light::deposit::DepositInfo;
 use lucerna::components::voxel_light::{
     CacheBuffers, CarryInfo, CarryPass, FaceLight, FaultsInfo, FaultsPass, PublishInfo,
     PublishPass, VoxelLevel, VoxelLevels, sparse_grid,
 };
 use lucerna::components::voxels::VoxelCounts;
-use lucerna::gpu::{ComputeRecorder, Dispatch};
+use lucerna::gpu::{ComputeKernel, ComputeRecorder, Dispatch, Shaders};
 use lucerna::settings;
 use std::collections::HashMap;
 
@@ -373,6 +374,31 @@ fn carried_records_stay_with_their_cells() {
             "shift {shift}, records of the first level: {}",
             differing_bytes(found, expected)
         );
+    }
+}
+
+/// What rays deposit on a face becomes the direct light of both of its records.
+#[test]
+fn both_records_of_a_face_get_its_deposits() {
+    let mut random = Random(23);
+    let rig = Rig::new(&mut random, 6, random_record);
+    // As many as the level has first records; every third one got nothing.
+    let means: Vec<[f32; 4]> = (0..rig.sides.n_first)
+        .map(|ix| if ix % 3 == 0 { [0.0; 4] } else { [random.unit(), 1.0, ix as f32, 5.0] })
+        .collect();
+    let name = "voxel_light/deposit";
+    let kernel = ComputeKernel::new(gpu(), &Shaders::default(), None, name);
+    let info = settings!(DepositInfo { level: LEVEL, light_frames: 1, ..Zeroable::zeroed() });
+    let deposited = storage(bytemuck::cast_slice(&means));
+    rig.run(|pass| {
+        let call = kernel.call(pass).uniform("info", &info).with(rig.buffers.of_level(LEVEL));
+        call.bind("means", &deposited).dispatch(rig.records());
+    });
+    let after: Vec<FaceLight> = bytemuck::pod_collect_to_vec(&read(&rig.buffers.lights));
+    for record in 0..rig.sides.all.len() {
+        let [r, g, b, _] = means[rig.sides.first_of(record)];
+        let found = after[rig.first_record + record].direct;
+        assert_eq!(found, Vec3::new(r, g, b), "record {record}: deposited light");
     }
 }
 
