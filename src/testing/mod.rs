@@ -63,7 +63,7 @@ pub use estimate::{
 pub use guards::{assert_guards, guard_buffers};
 pub use near::{Scalars, Tolerance, assert_each, assert_near};
 pub use random::Random;
-pub use rooms::{House, room_with_table, vault};
+pub use rooms::{House, around, room_with_table, vault};
 pub use statistics::{Chart, assert_chi_square, chi_square_limit, square_bins};
 
 /// What outputs hold before a run: a value that no kernel writes by chance.

@@ -3,7 +3,7 @@
 //! surface is double-sided, as most exporters write it, and some are wound inside out.
 
 use super::Random;
-use crate::scene::{Instance, Light, Material, Mesh, Scene};
+use crate::scene::{Camera, Instance, Light, Material, Mesh, Projection, Scene};
 use glam::{Affine3A, Mat3, Quat, Vec3, Vec4};
 
 /// A closed box of 8 × 3 × 4 m that a wall divides, lamps on one side of it alone.
@@ -72,6 +72,17 @@ impl House {
             return Self { scene, eyes: [lit, dark], thickness, normal, through };
         }
     }
+}
+
+/// Six cameras that see all directions from a place \[m\], 90° wide each; for square pictures.
+pub fn around(position: Vec3) -> [Camera; 6] {
+    let projection = Projection::Perspective { vertical_fov: std::f32::consts::FRAC_PI_2 };
+    std::array::from_fn(|k| {
+        let axis = Vec3::AXES[k / 2];
+        let forward = if k % 2 == 0 { axis } else { -axis };
+        let up = if forward.y == 0.0 { Vec3::Y } else { Vec3::X };
+        Camera { name: String::new(), position, forward, up, projection }
+    })
 }
 
 /// Farther than 0.4 m from the walls.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernels that go over the records of `voxel-rt`'s cache: carry, faults, publish.
+//! The kernels that go over the records of `voxel-rt`'s cache: carry, deposit, publish.
 
 use crate::harness::{Random, assert_each, differing_bytes, gpu, read, storage, submit};
 use bytemuck::Zeroable;
 use glam::{IVec3, UVec3, Vec3};
 use lucerna::bindings::kernels::voxel_light::deposit::DepositInfo;
 use lucerna::components::voxel_light::{
-    CacheBuffers, CarryInfo, CarryPass, FaceLight, FaultsInfo, FaultsPass, PublishInfo,
-    PublishPass, VoxelLevel, VoxelLevels, sparse_grid,
+    CacheBuffers, CarryInfo, CarryPass, FaceLight, PublishInfo, PublishPass, VoxelLevel,
+    VoxelLevels, sparse_grid,
 };
 use lucerna::components::voxels::VoxelCounts;
 use lucerna::gpu::{ComputeKernel, ComputeRecorder, Dispatch, Shaders};
@@ -412,9 +412,9 @@ fn rejected_samples_are_counted() {
             ..FaceLight::zeroed()
         };
         let rig = Rig::new(&mut random, n_faces, record);
-        let faults = FaultsPass::new(gpu());
-        let info = settings!(FaultsInfo { level: LEVEL, ..Zeroable::zeroed() });
-        rig.run(|pass| faults.record(pass, &rig.buffers, &info, rig.records()));
+        let publish = PublishPass::new(gpu());
+        let info = settings!(PublishInfo { level: LEVEL, ..Zeroable::zeroed() });
+        rig.run(|pass| publish.record(pass, &rig.buffers, &info, rig.records()));
         let own = &rig.lights[rig.first_record..rig.lights.len() - N_GUARDS];
         let expected = [31, 30]
             .map(|bit| own.iter().filter(|light| light.state >> bit & 1 == 1).count() as u32);

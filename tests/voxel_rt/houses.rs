@@ -12,7 +12,7 @@ use lucerna::scene::{Camera, Projection, Scene};
 use lucerna::settings;
 use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
-use lucerna::testing::{House, room_with_table, vault};
+use lucerna::testing::{House, around, room_with_table, vault};
 
 fn with_cells(resolution: u32) -> VoxelRtSettings {
     settings!(VoxelRtSettings { resolution, ..Default::default() })
@@ -27,15 +27,6 @@ fn reference(world: &GpuScene, camera: &Camera, size: u32, channel: Channel, n: 
     });
     let (sums, _) = render_reference(gpu(), world, camera, &settings, n, |_| true).unwrap();
     resolve(&sums, settings.size, channel).rgb
-}
-
-/// Looks in six directions, 90° wide each.
-fn around(position: Vec3) -> impl Iterator<Item = Camera> {
-    let projection = Projection::Perspective { vertical_fov: std::f32::consts::FRAC_PI_2 };
-    Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).map(move |forward| {
-        let up = if forward.y == 0.0 { Vec3::Y } else { Vec3::X };
-        Camera { name: String::new(), position, forward, up, projection }
-    })
 }
 
 fn sum(picture: &[Vec3]) -> f64 {
@@ -70,11 +61,12 @@ fn little_light_leaks_through_walls_at_any_angle() {
         .map(|seed| {
             let house = House::draw(seed, 8.0 / CELLS as f32);
             let world = upload(&house.scene);
-            let eye = around(house.eyes[0]).next().unwrap();
+            let eye = around(house.eyes[0])[0].clone();
             let mut session = Session::new(&world, &eye, with_cells(CELLS));
             session.run(&world, 24);
             let [lit, dark] = house.eyes.map(|eye| -> f64 {
                 around(eye)
+                    .into_iter()
                     .map(|camera| {
                         session.camera = camera;
                         sum(&session.picture(&world, 2, Channel::Indirect))
@@ -206,7 +198,7 @@ fn the_feet_of_walls_are_lit() {
 fn levels_that_scroll_keep_their_sides() {
     let house = House::draw(6, 8.0 / 32.0);
     let world = upload(&house.scene);
-    let [lit, dark] = house.eyes.map(|eye| around(eye).next().unwrap());
+    let [lit, dark] = house.eyes.map(|eye| around(eye)[0].clone());
     let settings = settings!(VoxelRtSettings { levels: Levels::Nested(2), ..with_cells(32) });
     let mut session = Session::new(&world, &dark, settings);
     session.run(&world, 24);

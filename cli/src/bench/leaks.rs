@@ -2,17 +2,16 @@
 //! How much light leaks through walls: houses drawn at random, of which a wall leaves one part dark.
 
 use super::Row;
-use glam::{UVec2, Vec3};
+use glam::UVec2;
 use lucerna::blocking::{FramesToRender, read_film, render_frames_with};
 use lucerna::components::LightVisibility;
 use lucerna::frame::{DirectSettings, FramePasses, Technique};
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
-use lucerna::scene::{Camera, Projection};
 use lucerna::settings;
 use lucerna::techniques::reference::{Channel, resolve};
 use lucerna::techniques::{TECHNIQUES, TechniqueEntry};
-use lucerna::testing::House;
+use lucerna::testing::{House, around};
 use std::error::Error;
 
 /// Houses, half of them with the fine grid.
@@ -85,8 +84,7 @@ fn leak_of(
     let mut warm_up = WARM_UP;
     let mut sums = [0.0; 2];
     for (eye, sum) in house.eyes.into_iter().zip(&mut sums) {
-        for forward in Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]) {
-            let camera = looking(eye, forward);
+        for camera in around(eye) {
             let what = settings!(FramesToRender {
                 n_warm_up: warm_up,
                 ..FramesToRender::new(size, FRAMES)
@@ -102,11 +100,4 @@ fn leak_of(
         }
     }
     Ok(sums[1] / sums[0])
-}
-
-/// A sixth of all directions.
-fn looking(position: Vec3, forward: Vec3) -> Camera {
-    let up = if forward.y == 0.0 { Vec3::Y } else { Vec3::X };
-    let projection = Projection::Perspective { vertical_fov: std::f32::consts::FRAC_PI_2 };
-    Camera { name: String::new(), position, forward, up, projection }
 }

@@ -7,7 +7,6 @@ use bytemuck::NoUninit;
 use std::marker::PhantomData;
 
 pub use crate::bindings::kernels::voxel_light::carry::CarryInfo;
-pub use crate::bindings::kernels::voxel_light::faults::FaultsInfo;
 pub use crate::bindings::kernels::voxel_light::publish::PublishInfo;
 
 /// The uniform `info` of such a kernel. (Of lucerna's own: nobody else can implement it.)
@@ -20,20 +19,11 @@ pub trait LevelInfo: NoUninit + of_lucerna::Sealed {
 
 /// Copies a level's light into a new structure, one invocation per record.
 pub type CarryPass = LevelPass<CarryInfo>;
-/// Counts the records whose samples were left out, one invocation per record.
-pub type FaultsPass = LevelPass<FaultsInfo>;
-/// Computes from the records what bounces and pictures look up, one invocation per record.
+/// Computes from the records what bounces and pictures look up, and counts those whose samples were left out, one invocation per record.
 pub type PublishPass = LevelPass<PublishInfo>;
 
 impl LevelInfo for CarryInfo {
     const KERNEL: &'static str = "voxel_light/carry";
-    fn level(&self) -> u32 {
-        self.level
-    }
-}
-
-impl LevelInfo for FaultsInfo {
-    const KERNEL: &'static str = "voxel_light/faults";
     fn level(&self) -> u32 {
         self.level
     }
@@ -49,7 +39,6 @@ impl LevelInfo for PublishInfo {
 mod of_lucerna {
     pub trait Sealed {}
     impl Sealed for super::CarryInfo {}
-    impl Sealed for super::FaultsInfo {}
     impl Sealed for super::PublishInfo {}
 }
 

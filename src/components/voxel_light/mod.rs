@@ -45,9 +45,7 @@ pub use cache::CacheBuffers;
 pub use deposit::DepositPass;
 pub use gather::{GatherInfo, GatherPass};
 pub use inject::{Injection, InjectionSource, VoxelInjector};
-pub use level_pass::{
-    CarryInfo, CarryPass, FaultsInfo, FaultsPass, LevelInfo, LevelPass, PublishInfo, PublishPass,
-};
+pub use level_pass::{CarryInfo, CarryPass, LevelInfo, LevelPass, PublishInfo, PublishPass};
 pub use levels::VoxelReach;
 pub use settings::{Bounces, DirectLight, Levels, RaysInjected, VoxelLightSettings};
 pub use sides::SidesPass;
@@ -129,7 +127,6 @@ pub struct VoxelLight {
     deposit: Option<DepositPass>,
     gather: GatherPass,
     carry: CarryPass,
-    faults: FaultsPass,
     /// None: a grid with one value per voxel knows no sides.
     sides: Option<SidesPass>,
     publish: PublishPass,
@@ -208,7 +205,6 @@ impl VoxelLight {
             deposit,
             gather: GatherPass::new(gpu, scene, visibility),
             carry: CarryPass::new(gpu),
-            faults: FaultsPass::new(gpu),
             sides: settings
                 .anisotropic
                 .then(|| SidesPass::new(gpu, scene, settings.finds_reflected)),
@@ -452,12 +448,10 @@ impl VoxelLight {
         shifts
     }
 
-    /// Counts faults, and records what bounces and pictures look up.
+    /// Records what bounces and pictures look up.
     fn publish(&self, recorder: &mut Recorder, light_rays: f32) {
         let pass = &mut recorder.compute("voxel_light/publish");
         for level in 0..self.layout.n_levels {
-            let faults = FaultsInfo { level, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
-            self.faults.record(pass, &self.buffers, &faults, self.buffers.records(level));
             let info = PublishInfo {
                 level,
                 feedback: u32::from(self.settings.bounces == Bounces::Unlimited),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Computes from the faces' records what bounces and pictures look up.
+//! Computes from the faces' records what bounces and pictures look up, and counts those whose samples were left out.
 //!
 //! A face shares its light with the same faces of neighbouring cells, as far as they are on the same side (`lucerna::components::voxel_light::sides`). A voxel with
 //! one value shares with all voxels around it.
@@ -13,7 +13,7 @@
 #import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::grid::{face_axis, unpack_cell}
 #import lucerna::components::voxels::levels::VoxelLevels
-#import lucerna::components::voxel_light::cache::{FaceLight, coverage, current_hits}
+#import lucerna::components::voxel_light::cache::{FaceFaults, FaceLight, coverage, current_hits, has_cut, has_rejected}
 #import lucerna::components::voxel_light::neighbours::{n_neighbours, neighbour_offset, sharing_of_hits, tent}
 #import lucerna::components::voxel_light::sides::{FaceSide, is_reached, unpack_place}
 
@@ -41,6 +41,7 @@ struct PublishInfo {
 @group(1) @binding(4) var<storage, read_write> reflected: array<vec4<f32>>;
 /// For pictures. rgb: light that was reflected at least once [W·m⁻²]; a: coverage.
 @group(1) @binding(5) var<storage, read_write> shown: array<vec4<f32>>;
+@group(1) @binding(6) var<storage, read_write> faults: FaceFaults;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -51,6 +52,12 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         return;
     }
     let own = lights[level.first_record + record];
+    if has_rejected(own) {
+        atomicAdd(&faults.n_rejected, 1u);
+    }
+    if has_cut(own) {
+        atomicAdd(&faults.n_cut, 1u);
+    }
     let covered = coverage(own);
     let at = level.first_record + record;
     let is_isotropic = n_faces == 1u;
