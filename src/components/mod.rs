@@ -6,12 +6,14 @@
 //! |---|---|
 //! | [`voxels`] | which cells of a grid surfaces intersect, and what they look like there |
 //! | [`voxel_light`] | irradiance of the voxels' faces, in nested grids around the eye |
+//! | [`voxel_surfels`] | where in their cells the surfaces are that faces see, for rays from one to the next |
 //! | [`voxel_pyramid`] | light and opacity of ever coarser voxels, for cones |
 //! | [`shadow_maps`] | what lights see |
 
 pub mod shadow_maps;
 pub mod voxel_light;
 pub mod voxel_pyramid;
+pub mod voxel_surfels;
 pub mod voxels;
 
 mod visibility;

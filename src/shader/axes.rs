@@ -56,6 +56,7 @@ pub const AXES: &[Axis] = &[
     Axis { name: "textures", values: &[plain("atlas"), plain("none")] },
     Axis { name: "visibility", values: &[plain("rays"), plain("maps"), plain("cones")] },
     Axis { name: "volumes", values: &[plain("textures"), plain("buffers")] },
+    Axis { name: "cones", values: &[plain("prefiltered"), plain("surfels")] },
 ];
 
 /// The number of axes that a [`Variant`] has room for.
@@ -79,6 +80,8 @@ pub const SHADOW_MAPS: Choice = Choice { axis: 2, value: 1 };
 pub const SHADOW_CONES: Choice = Choice { axis: 2, value: 2 };
 /// Prefiltered voxels are kept in storage buffers instead of 3-D textures.
 pub const VOLUME_BUFFERS: Choice = Choice { axis: 3, value: 1 };
+/// Cones are followed along their axes from surfel to surfel, instead of through prefiltered voxels.
+pub const SURFEL_CONES: Choice = Choice { axis: 4, value: 1 };
 
 /// One value of each axis. The default is the first of each, the baseline: plain WebGPU.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

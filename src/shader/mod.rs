@@ -33,7 +33,7 @@ mod scan;
 pub use axes::BASELINE;
 pub use axes::{
     AXES, Axis, AxisValue, Choice, NO_TEXTURES, RAY_QUERY, SHADOW_CONES, SHADOW_MAPS,
-    UnknownVariant, VOLUME_BUFFERS, Variant,
+    SURFEL_CONES, UnknownVariant, VOLUME_BUFFERS, Variant,
 };
 pub use budget::{Budget, Resources};
 #[cfg(not(without_compose))]

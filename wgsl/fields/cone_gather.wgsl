@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: the light that a set of cones around a normal gathers.
 //!
-//! Interface: `gather_cones`. No bindings of its own: it reads `fields::voxel_pyramid`.
+//! Interface: `gather_cones`. No bindings of its own: it traces with `fields::cone_trace`.
 #define_import_path lucerna::fields::cone_gather
 
-#import lucerna::cone::march::{Cone, ConeSettings, cells_across}
+#import lucerna::cone::march::{Cone, ConeSettings}
 #import lucerna::cone::cone_set::{drawn_cone_of_set, set_spread}
-#import lucerna::fields::cone_trace::trace_cone
-#import lucerna::fields::pyramid_layout::finest_cell
+#import lucerna::fields::cone_trace::{start_height, trace_cone}
 #import lucerna::math::constants::PI
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen
@@ -38,7 +37,7 @@ fn gather_cones(
     near: f32,
 ) -> Gathered {
     let basis = frame_from_normal(normal);
-    let offset = settings.start_cells * finest_cell(position) * cells_across(plane);
+    let offset = start_height(position, plane, settings);
     let spread = set_spread(n_cones);
     var out: Gathered;
     for (var ix = 0u; ix < n_cones; ix++) {

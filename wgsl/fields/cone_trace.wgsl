@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: cones through the voxels.
 //!
-//! Interface: `trace_cone`, `medium_at`. No bindings of its own: it reads `fields::voxel_pyramid` and `fields::pyramid_layout`, and a
-//! renderer that keeps its voxels otherwise replaces these.
+//! Interface: `ConeResult`, `trace_cone`, `start_height`. No bindings of its own: it reads `fields::voxel_pyramid` and
+//! `fields::pyramid_layout`, and a renderer that keeps its voxels otherwise replaces these. The variant `cones=surfels` follows
+//! a cone's axis from surface to surface instead.
 #define_import_path lucerna::fields::cone_trace
 
-#import lucerna::cone::march::{Cone, ConeCells, ConeSettings, HALF_OF_WALL, MAX_STEPS, cone_cells, cone_point, cone_step}
+#import lucerna::cone::march::{Cone, ConeCells, ConeSettings, HALF_OF_WALL, MAX_STEPS, cells_across, cone_cells, cone_point, cone_step}
 #import lucerna::cone::medium::{Medium, MediumLight, add_medium, clear_way, end_of_way}
 #import lucerna::components::voxel_pyramid::layout::{MAX_MIPS, direction_weights, pyramid_weight, radiance_scale}
 #import lucerna::fields::pyramid_layout::{finest_cell, pyramid}
@@ -23,6 +24,11 @@ struct ConeResult {
     n_steps: u32,
     reserved_a: u32,
     reserved_b: u32,
+}
+
+/// How far along the normal a cone starts, to be clear of the surface's own voxels [m]. `normal`: unit length.
+fn start_height(position: vec3<f32>, normal: vec3<f32>, settings: ConeSettings) -> f32 {
+    return settings.start_cells * finest_cell(position) * cells_across(normal);
 }
 
 /// A mip of a level as a medium, seen along a direction.

@@ -5,16 +5,15 @@
 //! along the mirrored direction with a cone of the given width (C. Crassin et al., "Interactive Indirect Illumination
 //! Using Voxel Cone Tracing", 2011).
 //!
-//! Bindings: none of its own; it uses `fields::voxel_pyramid`.
+//! Bindings: none of its own; it traces with `fields::cone_trace`.
 #define_import_path lucerna::integrators::cone_reflection
 
 #import lucerna::bsdf::bsdf_sample::BsdfSample
 #import lucerna::bsdf::directional_albedo::specular_albedo
 #import lucerna::bsdf::ggx::spread_of_ggx
 #import lucerna::bsdf::metallic_roughness::{MetallicRoughness, sample_specular_lobe}
-#import lucerna::cone::march::{Cone, ConeSettings, cells_across}
-#import lucerna::fields::cone_trace::trace_cone
-#import lucerna::fields::pyramid_layout::finest_cell
+#import lucerna::cone::march::{Cone, ConeSettings}
+#import lucerna::fields::cone_trace::{start_height, trace_cone}
 #import lucerna::math::constants::FLOAT_MAX
 #import lucerna::math::frame::frame_from_normal
 
@@ -50,7 +49,7 @@ fn cone_reflection(
     if local.z <= 0.0 || lobe.direction.z <= 0.0 || dot(direction, geometric_normal) <= 0.0 {
         return vec3<f32>(0.0);
     }
-    let offset = settings.start_cells * finest_cell(position) * cells_across(geometric_normal);
+    let offset = start_height(position, geometric_normal, settings);
     let cone = Cone(position, width, direction, FLOAT_MAX, geometric_normal, offset);
     return lobe.weight * trace_cone(cone, settings, 0.0).radiance;
 }

@@ -45,6 +45,9 @@ struct Seen {
 struct Layer {
     is_surface: bool,
     surface: Surface,
+    /// As in `scene::types::Hit`.
+    triangle: u32,
+    barycentrics: vec2<f32>,
     /// Where the ray goes on, and how much of it is left [m].
     origin: vec3<f32>,
     length: f32,
@@ -60,6 +63,8 @@ fn next_layer(origin: vec3<f32>, outward: vec3<f32>, length: f32) -> Layer {
     let found = surface_at(hit.triangle, hit.barycentrics);
     layer.is_surface = true;
     layer.surface = found;
+    layer.triangle = hit.triangle;
+    layer.barycentrics = hit.barycentrics;
     layer.origin = offset_ray_origin(found.position, found.position_error, found.geometric_normal, -outward);
     layer.length = length - hit.t;
     return layer;

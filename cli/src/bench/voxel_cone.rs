@@ -15,7 +15,7 @@ use lucerna::gpu::{Gpu, PassTimers, Recorder};
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::scene::{Camera, Scene};
 use lucerna::settings;
-use lucerna::techniques::voxel_cone::{Specular, VoxelCone, VoxelConeSettings};
+use lucerna::techniques::voxel_cone::{Specular, Tracing, VoxelCone, VoxelConeSettings};
 use std::error::Error;
 use wgpu::util::DeviceExt;
 
@@ -66,11 +66,13 @@ pub fn measure(
     };
     let ours =
         settings!(VoxelConeSettings { resolution: Resolution::Size(size), ..Default::default() });
+    let cones = settings!(VoxelConeSettings { tracing: Tracing::Prefiltered, ..ours });
     let configurations = [
         (DEFAULT, ours),
-        ("one value a voxel", settings!(VoxelConeSettings { anisotropic: false, ..ours })),
-        ("buffers", settings!(VoxelConeSettings { storage: PyramidStorage::Buffers, ..ours })),
-        ("with diffuse occlusion", settings!(VoxelConeSettings { occludes_diffuse: true, ..ours })),
+        ("prefiltered", cones),
+        ("one value a voxel", settings!(VoxelConeSettings { anisotropic: false, ..cones })),
+        ("buffers", settings!(VoxelConeSettings { storage: PyramidStorage::Buffers, ..cones })),
+        ("with diffuse occlusion", settings!(VoxelConeSettings { occludes_diffuse: true, ..cones })),
         ("16 cones", settings!(VoxelConeSettings { n_cones: 16, n_bounce_cones: 16, ..ours })),
     ];
     let mut rigs = vec![as_source(&bench, picture, size)?];
@@ -88,7 +90,8 @@ pub fn measure(
         let ratio = (*name != DEFAULT).then_some((total(passes) / baseline, DEFAULT));
         rows.push(Row { ratio, ..Row::new(format!("{name}: total"), total(passes), "ms") });
     }
-    let pyramids = [(STEP, 1), ("1 face, textures", 2), ("6 faces, buffers", 3)];
+    let pyramids =
+        [(STEP, 2), ("1 face, textures", 3), ("6 faces, buffers", 4), ("from surfel to surfel", 1)];
     let mut step = None;
     for (name, rig) in pyramids {
         let (ns, n_steps) = nanoseconds_per_step(gpu, &rigs[rig].technique, n_cones)?;
@@ -110,6 +113,7 @@ fn as_source(bench: &Bench, picture: UVec2, size: UVec3) -> Result<Rig<VoxelCone
     let settings = settings!(VoxelConeSettings {
         resolution: Resolution::Size(size),
         bounce_period: 1,
+        tracing: Tracing::Prefiltered,
         stepping: ConeStepping { mip_bias: 0.0, ..ConeStepping::default() },
         face_weights: FaceWeights::Squared,
         specular: Specular::Fixed(10.0),
@@ -179,17 +183,20 @@ fn nanoseconds_per_step(
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     });
-    let pass = TracePass::new(gpu, technique.pyramid());
+    let pass = match technique.pyramid() {
+        Some(pyramid) => TracePass::new(gpu, pyramid),
+        None => TracePass::of_surfels(gpu),
+    };
     let mut timers = PassTimers::new(gpu).ok_or("this device has no timestamps")?;
     let mut best = f64::MAX;
     // The first round compiles.
     for round in 0..4 {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         timers.begin_frame();
-        let (stepping, pyramid) = (ConeStepping::default(), technique.pyramid());
+        let (stepping, field) = (ConeStepping::default(), technique.field());
         {
             let recorder = &mut Recorder::timed(gpu, &mut encoder, Some(&mut timers));
-            pass.record(recorder, pyramid, &cones, &results, n, stepping, 0.0);
+            pass.record(recorder, field, &cones, &results, n, stepping, 0.0);
         }
         timers.resolve(&mut encoder);
         gpu.queue.submit([encoder.finish()]);

@@ -207,7 +207,7 @@ impl VoxelLight {
             carry: CarryPass::new(gpu),
             sides: settings
                 .anisotropic
-                .then(|| SidesPass::new(gpu, scene, settings.finds_reflected)),
+                .then(|| SidesPass::new(gpu, scene, settings.divides)),
             publish: PublishPass::new(gpu),
             buffers: CacheBuffers::new(gpu, &layout, n_words, n_records)?,
             layout,

@@ -87,6 +87,9 @@ pub struct VoxelLightSettings {
     /// [`CacheBuffers::reflected`](super::CacheBuffers::reflected) is direct light plus feedback (only direct light if
     /// the number of bounces is limited).
     pub finds_reflected: bool,
+    /// Whether faces get second records where a wall stands across what they see
+    /// (`wgsl/components/voxel_light/sides.wgsl`). Not for a grid with one value per voxel.
+    pub divides: bool,
     /// Seed of the random numbers.
     pub seed: u32,
 }
@@ -102,6 +105,7 @@ impl Default for VoxelLightSettings {
             direct: DirectLight::PerFace,
             bounces: Bounces::Unlimited,
             finds_reflected: true,
+            divides: true,
             seed: 0,
         }
     }

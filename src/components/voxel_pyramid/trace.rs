@@ -4,7 +4,8 @@
 use super::pyramid::Pyramid;
 use super::settings::ConeStepping;
 use crate::bindings::kernels::voxel_pyramid::trace::TraceInfo;
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder};
+use crate::gpu::{Bindings, ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
+use crate::shader::{SURFEL_CONES, Variant};
 
 pub use crate::bindings::lucerna::cone::march::Cone;
 pub use crate::bindings::lucerna::fields::cone_trace::ConeResult;
@@ -14,12 +15,19 @@ pub use crate::bindings::lucerna::fields::cone_trace::ConeResult;
 pub struct TracePass(ComputeKernel);
 
 impl TracePass {
-    /// Compiles the kernel.
+    /// Compiles the kernel, for cones from surfel to surfel
+    /// ([`Surfels::field`](crate::components::voxel_surfels::Surfels::field)).
+    pub fn of_surfels(gpu: &Gpu) -> Self {
+        let shaders = Shaders::new(Variant::BASELINE.with(SURFEL_CONES));
+        Self(ComputeKernel::new(gpu, &shaders, None, "voxel_pyramid/trace"))
+    }
+
+    /// Compiles the kernel, for cones through prefiltered voxels ([`Pyramid::field`]).
     pub fn new(gpu: &Gpu, pyramid: &Pyramid) -> Self {
         Self(ComputeKernel::new(gpu, &pyramid.shaders(), None, "voxel_pyramid/trace"))
     }
 
-    /// Records tracing `n` cones: `cones` is an `array<Cone>`, `results` an `array<ConeResult>`, both of at least `n`
+    /// Records tracing `n` cones through what `field` binds: `cones` is an `array<Cone>`, `results` an `array<ConeResult>`, both of at least `n`
     /// elements.
     ///
     /// `near` \[m\]: the distance up to which `near_transmittance` of [`ConeResult`] counts.
@@ -27,7 +35,7 @@ impl TracePass {
     pub fn record(
         &self,
         recorder: &mut Recorder,
-        pyramid: &Pyramid,
+        field: Bindings,
         cones: &wgpu::Buffer,
         results: &wgpu::Buffer,
         n: u32,
@@ -41,7 +49,7 @@ impl TracePass {
             .uniform("info", &info)
             .bind("cones", cones)
             .bind("results", results)
-            .with(pyramid.field())
+            .with(field)
             .dispatch(Dispatch::Items(n));
     }
 }

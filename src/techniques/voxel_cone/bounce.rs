@@ -1,22 +1,27 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernel `voxel_cone/bounce`: light reflected between voxels.
+//! The kernels `voxel_cone/bounce` and `voxel_cone/bounce_surfels`: light reflected between voxels.
 
-use super::settings::VoxelConeSettings;
+use super::Seen;
+use super::settings::{Tracing, VoxelConeSettings};
 use crate::bindings::kernels::voxel_cone::bounce::BounceInfo;
 use crate::components::voxel_light::VoxelLight;
-use crate::components::voxel_pyramid::Pyramid;
-use crate::components::voxels::{RECORD_GROUPS_OFFSET, VoxelAttributes};
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, Shaders};
-use crate::shader::Variant;
+use crate::gpu::{ComputeKernel, Gpu, Recorder, Shaders};
+use crate::shader::{SURFEL_CONES, VOLUME_BUFFERS, Variant};
 
 /// The compiled kernel.
 #[derive(Debug)]
 pub(super) struct BouncePass(ComputeKernel);
 
 impl BouncePass {
-    pub fn new(gpu: &Gpu, pyramid: &Pyramid) -> Self {
-        let shaders = Shaders::new(pyramid.variant(Variant::BASELINE));
-        Self(ComputeKernel::new(gpu, &shaders, None, "voxel_cone/bounce"))
+    /// `shaders`: of the variant that traces cones.
+    pub fn new(gpu: &Gpu, shaders: &Shaders, tracing: Tracing) -> Self {
+        let (name, choice) = match tracing {
+            Tracing::Surfels => ("voxel_cone/bounce_surfels", SURFEL_CONES),
+            Tracing::Prefiltered => ("voxel_cone/bounce", VOLUME_BUFFERS),
+        };
+        // (It uses no scene.)
+        let variant = Variant::BASELINE.with_if(shaders.variant().has(choice), choice);
+        Self(ComputeKernel::new(gpu, &Shaders::new(variant), None, name))
     }
 
     /// Records this frame's share of the faces: one in `period`.
@@ -24,14 +29,13 @@ impl BouncePass {
         &self,
         recorder: &mut Recorder,
         light: &VoxelLight,
-        attributes: &[VoxelAttributes],
-        pyramid: &Pyramid,
+        seen: &Seen,
         settings: &VoxelConeSettings,
         period: u32,
     ) {
         let buffers = light.buffers();
         let pass = &mut recorder.compute(self.0.name());
-        for ((level, voxelizer), attributes) in (0..).zip(light.voxelizers()).zip(attributes) {
+        for level in 0..light.n_levels() as u32 {
             let info = BounceInfo {
                 cones: settings.stepping.into(),
                 n_cones: settings.n_bounce_cones,
@@ -39,13 +43,11 @@ impl BouncePass {
                 frame: light.n_frames(),
                 period,
             };
-            self.0
-                .call(pass)
-                .uniform("info", &info)
-                .with(buffers.of_level(level))
-                .bind("records", attributes.records())
-                .with(pyramid.field())
-                .dispatch(Dispatch::Indirect(voxelizer.counts(), RECORD_GROUPS_OFFSET));
+            let mut call = self.0.call(pass).uniform("info", &info).with(buffers.of_level(level));
+            if let Seen::Prefiltered(of) = seen {
+                call = call.bind("records", of.attributes[level as usize].records());
+            }
+            call.with(seen.field(light)).dispatch(buffers.records(level));
         }
     }
 }

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `voxel-cone`: voxel cone tracing.
 //!
-//! The light that leaves the voxels' faces is stored in a pyramid of ever coarser voxels. Widening cones gather it, for
-//! voxels (further bounces) and for pixels. The method is described in `docs/techniques/voxel-cone.md`.
+//! Cones gather the light that leaves the voxels' faces, for voxels (further bounces) and for pixels: along their axes from
+//! surface to surface, or widening, through a pyramid of ever coarser voxels ([`Tracing`]). The method is described in
+//! `docs/techniques/voxel-cone.md`.
 //!
 //! ```text
-//! VoxelLight (structure, direct light of faces) ─▶ FillPass ──▶ PrefilterPass ──▶ BouncePass ─┐
-//! VoxelAttributes (albedo, opacity) ────────────────▲                 │    feedback of faces ◀─┘
-//!  when something moved                                               ▼
-//!                                                 ShadePass: pixels → indirect radiance, ambient occlusion
+//! VoxelLight (structure, direct light of faces) ─┬──────────────────────────────▶ BouncePass ─┐
+//! Surfels: when something moved ─────────────────┤                         feedback of faces ◀┘
+//!                                                └──▶ ShadePass: pixels → indirect radiance, ambient occlusion
+//!
+//! VoxelLight ─▶ FillPass ──▶ PrefilterPass ─┬──▶ BouncePass
+//! VoxelAttributes ──▲                       └──▶ ShadePass
+//!  when something moved
 //! ```
 //!
 //! Voxels, levels around the eye and direct light are those of [`VoxelLight`]. As there, faces that remain keep their
@@ -16,45 +20,61 @@
 
 mod bounce;
 mod occlusion;
+mod prefiltered;
 mod settings;
 mod shade;
 
 use super::{Notice, Setting, SettingValue, Settings, Stat, Technique, TechniqueError};
 use crate::components::LightVisibility;
 use crate::components::voxel_light::{
-    Bounces, CacheBuffers, Eye, PublishInfo, PublishPass, VoxelLight, VoxelLightSettings,
-    VoxelReach,
+    Bounces, CacheBuffers, Eye, PublishInfo, PublishPass, VoxelLight,
+    VoxelLightSettings, VoxelReach,
 };
-use crate::components::voxel_pyramid::{FillInfo, FillPass, PeakPass, PrefilterPass};
-use crate::components::voxels::{RECORD_GROUPS_OFFSET, VoxelAttributes, VoxelGrid};
+use crate::components::voxel_surfels::Surfels;
+use crate::components::voxels::VoxelGrid;
 use crate::frame::Pixels;
-use crate::gpu::{Dispatch, Gpu, Recorder};
+use crate::gpu::{Bindings, Gpu, Recorder};
 use crate::seam::SceneSeam;
+use crate::shader::SURFEL_CONES;
 use bounce::BouncePass;
 use glam::Vec3;
 use occlusion::OcclusionPass;
+use prefiltered::Prefiltered;
 use shade::ShadePass;
 
 pub use crate::components::voxel_pyramid::{ConeStepping, FaceWeights, Pyramid, PyramidStorage};
-pub use settings::{Specular, VoxelConeSettings};
+pub use settings::{Specular, Tracing, VoxelConeSettings};
 
-/// The technique: prefiltered voxels of a scene, and cones through them.
+/// The technique: voxels of a scene with their light, and cones through them.
 #[derive(Debug)]
 pub struct VoxelCone {
     chosen: VoxelConeSettings,
     /// The settings without those that make no difference in the scene.
     settings: VoxelConeSettings,
     light: VoxelLight,
-    attributes: Vec<VoxelAttributes>,
-    pyramid: Pyramid,
-    peak: PeakPass,
-    fill: FillPass,
-    prefilter: PrefilterPass,
+    seen: Seen,
     bounce: BouncePass,
     /// For a limited number of bounces: direct light plus the light reflected so far.
     publish: PublishPass,
     occlusion: Option<OcclusionPass>,
     shade: ShadePass,
+}
+
+/// What cones see.
+#[derive(Debug)]
+enum Seen {
+    Surfels(Surfels),
+    Prefiltered(Box<Prefiltered>),
+}
+
+impl Seen {
+    /// The bindings of kernels that trace cones.
+    fn field<'a>(&'a self, light: &'a VoxelLight) -> Bindings<'a> {
+        match self {
+            Self::Surfels(surfels) => surfels.field(light.buffers()),
+            Self::Prefiltered(of) => of.pyramid.field(),
+        }
+    }
 }
 
 impl VoxelCone {
@@ -86,6 +106,7 @@ impl VoxelCone {
         eye: Vec3,
     ) -> Result<Self, TechniqueError> {
         settings.check()?;
+        settings.check_tracing()?;
         let of_voxels = VoxelLightSettings {
             resolution: settings.resolution,
             anisotropic: settings.anisotropic,
@@ -93,37 +114,42 @@ impl VoxelCone {
             points_per_face: settings.points_per_face,
             bounces: settings.bounces,
             finds_reflected: false,
+            divides: settings.tracing == Tracing::Surfels,
             seed: settings.seed,
             ..VoxelLightSettings::default()
         };
         let light = VoxelLight::new(gpu, scene, of_voxels, visibility, eye)?;
-        let attributes = light
-            .voxelizers()
-            .map(|voxelizer| VoxelAttributes::new(gpu, scene, voxelizer))
-            .collect::<Result<Vec<_>, _>>()?;
-        let grids: Vec<VoxelGrid> = light.voxelizers().map(|of| *of.grid()).collect();
-        let squared = settings.face_weights == FaceWeights::Squared;
-        let pyramid = Pyramid::new(gpu, &grids, settings.storage, squared)?;
         // There is no specular light if every surface is Lambertian.
         let mirrors = settings.specular != Specular::Off && !scene.facts().diffuse_only;
         let chosen = settings;
         let group = Some(scene.group());
+        let (seen, variant) = match settings.tracing {
+            Tracing::Surfels => {
+                let variant = scene.shaders().variant().with(SURFEL_CONES);
+                (Seen::Surfels(Surfels::new(gpu, scene, &light)?), variant)
+            }
+            Tracing::Prefiltered => {
+                let made = Prefiltered::new(gpu, scene, &light, &settings)?;
+                let variant = made.pyramid.variant(scene.shaders().variant());
+                (Seen::Prefiltered(Box::new(made)), variant)
+            }
+        };
+        // (Surfels are exact close by.)
+        let is_prefiltered = settings.tracing == Tracing::Prefiltered;
         let settings = VoxelConeSettings {
-            occludes_specular: settings.occludes_specular && mirrors,
+            occludes_specular: settings.occludes_specular && mirrors && is_prefiltered,
+            occludes_diffuse: settings.occludes_diffuse && is_prefiltered,
             ..settings
         };
+        let shaders = scene.shaders().with_variant(variant);
         Ok(Self {
             chosen,
-            peak: PeakPass::new(gpu),
-            fill: FillPass::new(gpu, &pyramid),
-            prefilter: PrefilterPass::new(gpu, &pyramid),
-            bounce: BouncePass::new(gpu, &pyramid),
+            bounce: BouncePass::new(gpu, &shaders, settings.tracing),
             publish: PublishPass::new(gpu),
-            shade: ShadePass::new(gpu, scene.shaders(), group, &pyramid),
+            shade: ShadePass::new(gpu, &shaders, group),
             occlusion: OcclusionPass::new(gpu, scene.shaders(), group, &settings),
             settings,
-            attributes,
-            pyramid,
+            seen,
             light,
         })
     }
@@ -156,36 +182,45 @@ impl VoxelCone {
         self.light.buffers()
     }
 
-    /// The prefiltered voxels.
-    pub fn pyramid(&self) -> &Pyramid {
-        &self.pyramid
+    /// The prefiltered voxels; None with [`Tracing::Surfels`].
+    pub fn pyramid(&self) -> Option<&Pyramid> {
+        match &self.seen {
+            Seen::Surfels(_) => None,
+            Seen::Prefiltered(of) => Some(&of.pyramid),
+        }
     }
 
-    /// Writes the light of faces into the pyramid.
+    /// The surfels; None with [`Tracing::Prefiltered`].
+    pub fn surfels(&self) -> Option<&Surfels> {
+        match &self.seen {
+            Seen::Surfels(surfels) => Some(surfels),
+            Seen::Prefiltered(_) => None,
+        }
+    }
+
+    /// The bindings of kernels that trace cones ([`TracePass`](crate::components::voxel_pyramid::TracePass)).
+    pub fn field(&self) -> Bindings<'_> {
+        self.seen.field(&self.light)
+    }
+
+    /// Shows cones the light of faces.
     fn build(&self, recorder: &mut Recorder) {
-        let info = FillInfo {
-            level: 0,
-            fills_gaps: u32::from(self.settings.fills_gaps),
-            backs_hide: u32::from(self.settings.opaque_backs),
-            reserved: 0,
-        };
-        self.peak.record(recorder, &self.light, &self.pyramid);
-        self.fill.record(recorder, &self.pyramid, self.light.buffers(), &self.attributes, info);
-        self.prefilter.record(recorder, &self.pyramid);
+        if let Seen::Prefiltered(of) = &self.seen {
+            of.build(recorder, &self.light, &self.settings);
+        }
     }
 
     fn reflect(&self, recorder: &mut Recorder, period: u32) {
-        let Self { light, attributes, pyramid, settings, .. } = self;
-        self.bounce.record(recorder, light, attributes, pyramid, settings, period);
+        self.bounce.record(recorder, &self.light, &self.seen, &self.settings, period);
     }
 
-    /// Adds the light reflected so far to the light that the pyramid is made of.
+    /// Adds the light reflected so far to what faces reflect.
     fn publish(&self, recorder: &mut Recorder) {
         let pass = &mut recorder.compute("voxel_light/publish");
-        for (level, voxelizer) in (0..).zip(self.light.voxelizers()) {
+        let buffers = self.light.buffers();
+        for level in 0..self.light.n_levels() as u32 {
             let info = PublishInfo { level, feedback: 1, light_rays: 1.0, reserved: 0 };
-            let records = Dispatch::Indirect(voxelizer.counts(), RECORD_GROUPS_OFFSET);
-            self.publish.record(pass, self.light.buffers(), &info, records);
+            self.publish.record(pass, buffers, &info, buffers.records(level));
         }
     }
 }
@@ -203,10 +238,9 @@ impl Technique for VoxelCone {
     ) -> Result<(), TechniqueError> {
         self.light.update(recorder, scene, eye)?;
         if self.light.has_new_structure() {
-            let levels = self.attributes.iter().zip(self.light.voxelizers()).enumerate();
-            for (ix, (attributes, voxelizer)) in levels {
-                attributes.record(recorder, scene, voxelizer)?;
-                self.pyramid.move_level(recorder, ix, voxelizer.grid().origin);
+            match &mut self.seen {
+                Seen::Surfels(surfels) => surfels.record(recorder, scene, &self.light),
+                Seen::Prefiltered(of) => of.follow(recorder, scene, &self.light)?,
             }
         }
         self.build(recorder);
@@ -234,9 +268,15 @@ impl Technique for VoxelCone {
         target: &wgpu::TextureView,
     ) -> Result<(), TechniqueError> {
         pixels.check_target("target", target)?;
-        let Self { occlusion, pyramid, settings, .. } = self;
-        let occlusion = occlusion.as_mut().map(|of| of.record(recorder, pyramid, settings, pixels));
-        self.shade.record(recorder, pyramid, settings, pixels, occlusion.as_ref(), target);
+        let Self { occlusion, seen, settings, light, .. } = self;
+        let occlusion = match (occlusion, &*seen) {
+            (Some(pass), Seen::Prefiltered(of)) => {
+                Some(pass.record(recorder, &of.pyramid, settings, pixels))
+            }
+            _ => None,
+        };
+        let field = seen.field(light);
+        self.shade.record(recorder, field, settings, pixels, occlusion.as_ref(), target);
         Ok(())
     }
 
@@ -246,16 +286,25 @@ impl Technique for VoxelCone {
 
     fn stats(&self) -> Vec<Stat> {
         let mut stats = self.light.stats();
-        stats.push(Stat::known("prefiltered voxels", "bytes", self.pyramid.bytes()));
+        stats.push(match &self.seen {
+            Seen::Surfels(surfels) => Stat::known("surfels", "bytes", surfels.buffer().size()),
+            Seen::Prefiltered(of) => Stat::known("prefiltered voxels", "bytes", of.pyramid.bytes()),
+        });
         stats
     }
 
     fn notices(&self) -> Vec<Notice> {
-        self.light.notices()
+        let mut notices = self.light.notices();
+        let idle = self.chosen.idle();
+        if !idle.is_empty() {
+            let text = format!("without --tracing prefiltered these make no difference: {}", idle.join(", "));
+            notices.push(Notice::warning(text));
+        }
+        notices
     }
 
-    /// Cones through the voxels: soft shadows without noise, which miss what is smaller than a voxel.
+    /// Cones through prefiltered voxels: soft shadows without noise, which miss what is smaller than a voxel.
     fn visibility(&self) -> Option<LightVisibility> {
-        Some(self.pyramid.visibility())
+        self.pyramid().map(Pyramid::visibility)
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Settings of `voxel-cone`.
 
-use crate::components::voxel_light::{Bounces, Levels, setting};
+use crate::components::voxel_light::{Bounces, Levels, VoxelLightError, setting};
 use crate::components::voxel_pyramid::{ConeStepping, FaceWeights, PyramidStorage};
 use crate::components::voxels::{MAX_SIZE, Resolution};
 use crate::techniques::{Setting, SettingChoice, SettingKind, SettingValue, Settings};
@@ -16,6 +16,18 @@ pub enum Specular {
     Roughness,
     /// One cone of this aperture \[degrees\], 0.1 to 119; the source uses 10.
     Fixed(f32),
+}
+
+/// How cones find what they see.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tracing {
+    /// Each cone is followed along its axis through the finest cells, from surface to surface: light does not leak through
+    /// walls. Many cones, each in a direction of its own, integrate what a wide one would average.
+    #[default]
+    Surfels,
+    /// Through cells as wide as the cone, which hold prefiltered light and opacity (the source's): little noise in a single
+    /// frame, but light leaks, and some is lost.
+    Prefiltered,
 }
 
 /// Settings of `voxel-cone`.
@@ -40,6 +52,9 @@ pub struct VoxelConeSettings {
     pub n_bounce_cones: u32,
     /// For unlimited bounces: the number of frames over which the faces take turns, 1 to 64.
     pub bounce_period: u32,
+    /// How cones find what they see. What only concerns prefiltered cells makes no difference otherwise: `stepping`,
+    /// `face_weights`, both occlusions, `fills_gaps`, `opaque_backs`, `storage`.
+    pub tracing: Tracing,
     /// How cones are marched.
     pub stepping: ConeStepping,
     /// How faces are weighted.
@@ -72,6 +87,7 @@ impl Default for VoxelConeSettings {
             n_cones: 9,
             n_bounce_cones: 9,
             bounce_period: 4,
+            tracing: Tracing::Surfels,
             stepping: ConeStepping::default(),
             face_weights: FaceWeights::Projected,
             specular: Specular::Roughness,
@@ -88,6 +104,57 @@ impl Default for VoxelConeSettings {
 /// Numbers of cones for which there are sets.
 const CONE_SETS: &[u32] = &[5, 6, 9, 16];
 
+impl VoxelConeSettings {
+    /// Fails if settings contradict each other.
+    pub(super) fn check_tracing(&self) -> Result<(), VoxelLightError> {
+        let wrong = |name, value: String, possible| {
+            Err(VoxelLightError::Setting { name, value, possible })
+        };
+        match (self.tracing, self.specular) {
+            (Tracing::Surfels, _) if !self.anisotropic => {
+                wrong("anisotropic", "off".into(), "on, or off with tracing prefiltered")
+            }
+            (Tracing::Surfels, Specular::Fixed(degrees)) => {
+                let possible = "roughness, off, or an aperture with tracing prefiltered";
+                wrong("specular", degrees.to_string(), possible)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Names of the settings that are not the default and make no difference.
+    pub(super) fn idle(&self) -> Vec<&'static str> {
+        if self.tracing == Tracing::Prefiltered {
+            return Vec::new();
+        }
+        let of_prefiltered = |setting: &Setting| OF_PREFILTERED.contains(&setting.name);
+        let (own, usual) = (self.described(), Self::default().described());
+        let pairs = own.iter().zip(&usual).filter(|(own, usual)| own.1 != usual.1);
+        pairs.map(|(own, _)| &own.0).filter(|&of| of_prefiltered(of)).map(|of| of.name).collect()
+    }
+}
+
+/// Settings that concern only [`Tracing::Prefiltered`].
+const OF_PREFILTERED: &[&str] = &[
+    "step-scale",
+    "mip-bias",
+    "opacity-threshold",
+    "start",
+    "face-weights",
+    "specular-occlusion",
+    "diffuse-occlusion",
+    "fill-gaps",
+    "opaque-backs",
+    "volumes",
+];
+
+const TRACING: &[SettingChoice] = &[
+    SettingChoice::new("surfels", "along its axis from surface to surface, through the finest cells"),
+    SettingChoice::new(
+        "prefiltered",
+        "through prefiltered cells as wide as itself (as in the source)",
+    ),
+];
 const FACE_WEIGHTS: &[SettingChoice] = &[
     SettingChoice::new(
         "projected",
@@ -131,6 +198,7 @@ impl Settings for VoxelConeSettings {
             SettingKind::integer(1, 64),
             "With unlimited bounces: each face of a voxel is updated in one of N frames",
         ),
+        Setting::new("tracing", "", SettingKind::Choice(TRACING), "How a cone finds what it sees"),
         Setting::new(
             "step-scale",
             "widths of the cone",
@@ -214,22 +282,23 @@ impl Settings for VoxelConeSettings {
             4 => Integer(self.n_cones),
             5 => Integer(self.n_bounce_cones),
             6 => Integer(self.bounce_period),
-            7 => Number(self.stepping.step_scale),
-            8 => Number(self.stepping.mip_bias),
-            9 => Number(self.stepping.opacity_threshold),
-            10 => Number(self.stepping.start_cells),
-            11 => Word(FACE_WEIGHTS[usize::from(self.face_weights == FaceWeights::Squared)].name),
-            12 => match self.specular {
+            7 => Word(TRACING[usize::from(self.tracing == Tracing::Prefiltered)].name),
+            8 => Number(self.stepping.step_scale),
+            9 => Number(self.stepping.mip_bias),
+            10 => Number(self.stepping.opacity_threshold),
+            11 => Number(self.stepping.start_cells),
+            12 => Word(FACE_WEIGHTS[usize::from(self.face_weights == FaceWeights::Squared)].name),
+            13 => match self.specular {
                 Specular::Roughness => Word(SPECULAR[0].name),
                 Specular::Off => Word(SPECULAR[1].name),
                 Specular::Fixed(degrees) => Number(degrees),
             },
-            13 => Switch(self.occludes_specular),
-            14 => Switch(self.occludes_diffuse),
-            15 => Switch(self.fills_gaps),
-            16 => Switch(self.opaque_backs),
-            17 => Word(VOLUMES[usize::from(self.storage == PyramidStorage::Buffers)].name),
-            18 => setting::of_bounces(self.bounces),
+            14 => Switch(self.occludes_specular),
+            15 => Switch(self.occludes_diffuse),
+            16 => Switch(self.fills_gaps),
+            17 => Switch(self.opaque_backs),
+            18 => Word(VOLUMES[usize::from(self.storage == PyramidStorage::Buffers)].name),
+            19 => setting::of_bounces(self.bounces),
             _ => Integer(self.seed),
         }
     }
@@ -245,25 +314,27 @@ impl Settings for VoxelConeSettings {
             (4, Integer(n)) => self.n_cones = n,
             (5, Integer(n)) => self.n_bounce_cones = n,
             (6, Integer(n)) => self.bounce_period = n,
-            (7, Number(x)) => self.stepping.step_scale = x,
-            (8, Number(x)) => self.stepping.mip_bias = x,
-            (9, Number(x)) => self.stepping.opacity_threshold = x,
-            (10, Number(x)) => self.stepping.start_cells = x,
-            (11, Word(name)) if name == FACE_WEIGHTS[1].name => {
+            (7, Word(name)) if name == TRACING[1].name => self.tracing = Tracing::Prefiltered,
+            (7, Word(_)) => self.tracing = Tracing::Surfels,
+            (8, Number(x)) => self.stepping.step_scale = x,
+            (9, Number(x)) => self.stepping.mip_bias = x,
+            (10, Number(x)) => self.stepping.opacity_threshold = x,
+            (11, Number(x)) => self.stepping.start_cells = x,
+            (12, Word(name)) if name == FACE_WEIGHTS[1].name => {
                 self.face_weights = FaceWeights::Squared;
             }
-            (11, Word(_)) => self.face_weights = FaceWeights::Projected,
-            (12, Number(degrees)) => self.specular = Specular::Fixed(degrees),
-            (12, Word(name)) if name == SPECULAR[1].name => self.specular = Specular::Off,
-            (12, Word(_)) => self.specular = Specular::Roughness,
-            (13, Switch(is_on)) => self.occludes_specular = is_on,
-            (14, Switch(is_on)) => self.occludes_diffuse = is_on,
-            (15, Switch(is_on)) => self.fills_gaps = is_on,
-            (16, Switch(is_on)) => self.opaque_backs = is_on,
-            (17, Word(name)) if name == VOLUMES[1].name => self.storage = PyramidStorage::Buffers,
-            (17, Word(_)) => self.storage = PyramidStorage::Textures,
-            (18, value) => self.bounces = setting::bounces_of(value),
-            (19, Integer(n)) => self.seed = n,
+            (12, Word(_)) => self.face_weights = FaceWeights::Projected,
+            (13, Number(degrees)) => self.specular = Specular::Fixed(degrees),
+            (13, Word(name)) if name == SPECULAR[1].name => self.specular = Specular::Off,
+            (13, Word(_)) => self.specular = Specular::Roughness,
+            (14, Switch(is_on)) => self.occludes_specular = is_on,
+            (15, Switch(is_on)) => self.occludes_diffuse = is_on,
+            (16, Switch(is_on)) => self.fills_gaps = is_on,
+            (17, Switch(is_on)) => self.opaque_backs = is_on,
+            (18, Word(name)) if name == VOLUMES[1].name => self.storage = PyramidStorage::Buffers,
+            (18, Word(_)) => self.storage = PyramidStorage::Textures,
+            (19, value) => self.bounces = setting::bounces_of(value),
+            (20, Integer(n)) => self.seed = n,
             _ => {}
         }
     }

@@ -3,9 +3,10 @@
 
 use super::settings::{Specular, VoxelConeSettings};
 use crate::bindings::kernels::voxel_cone::shade as kernel;
-use crate::components::voxel_pyramid::Pyramid;
 use crate::frame::Pixels;
-use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders, target};
+use crate::gpu::{
+    Bindings, ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders, target,
+};
 use glam::UVec2;
 
 /// tan of half the specular cone's aperture; 0: it follows from the roughness.
@@ -25,26 +26,21 @@ pub(super) struct ShadePass {
 }
 
 impl ShadePass {
-    /// `shaders`: with the module that finds the pixels' surfaces; `scene`: needed if that module uses the scene.
-    pub fn new(
-        gpu: &Gpu,
-        shaders: &Shaders,
-        scene: Option<&SceneGroup>,
-        pyramid: &Pyramid,
-    ) -> Self {
-        let shaders = shaders.with_variant(pyramid.variant(shaders.variant()));
+    /// `shaders`: of the variant that traces cones, with the module that finds the pixels' surfaces; `scene`: needed if that
+    /// module uses the scene.
+    pub fn new(gpu: &Gpu, shaders: &Shaders, scene: Option<&SceneGroup>) -> Self {
         let format = wgpu::TextureFormat::Rgba8Unorm;
         Self {
-            kernel: ComputeKernel::new(gpu, &shaders, scene, "voxel_cone/shade"),
+            kernel: ComputeKernel::new(gpu, shaders, scene, "voxel_cone/shade"),
             nothing: target(gpu, "no occlusion", UVec2::ONE, format),
         }
     }
 
-    /// Records the cones of a picture into `light`, `rgba32float`. a: ambient occlusion.
+    /// Records the cones of a picture into `light`, `rgba32float`. a: ambient occlusion. `field`: what cones see.
     pub fn record(
         &self,
         recorder: &mut Recorder,
-        pyramid: &Pyramid,
+        field: Bindings,
         settings: &VoxelConeSettings,
         pixels: &Pixels,
         occlusion: Option<&wgpu::TextureView>,
@@ -62,7 +58,7 @@ impl ShadePass {
             .uniform("info", &info)
             .bind("occlusion", occlusion.unwrap_or(&self.nothing))
             .bind("indirect", light)
-            .with(pyramid.field())
+            .with(field)
             .with(pixels.bindings())
             .scene(pixels.scene())
             .dispatch(Dispatch::Area(pixels.size()));

@@ -84,6 +84,7 @@ impl From<VoxelRtSettings> for VoxelLightSettings {
             direct,
             bounces,
             finds_reflected: true,
+            divides: true,
             seed,
         }
     }

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The surfel of a voxel's face (`lucerna::components::voxel_surfels::surfel`), found by rays along the face's axis.
+//!
+//! What such rays hit on the record's side (`lucerna::components::voxel_light::sides`) is its surface: the mean of the points
+//! and of the normals gives the plane. Its opacity is the share of rays that hit the surface, among those that meet the plane
+//! within the cell and are not kept from it by something else: the floor of a cell in which a wall ends it is opaque, the
+//! top of a box is half open in a cell that the box fills by half.
+//!
+//! Bindings: none of its own; it uses the scene seam.
+#define_import_path lucerna::integrators::face_surfel
+
+#import lucerna::components::voxel_light::face_point::{FACE_RAY_LENGTH, face_point}
+#import lucerna::components::voxel_surfels::surfel::Surfel
+#import lucerna::components::voxels::grid::{VoxelGrid, face_normal, grid_from_world, unpack_cell, world_from_grid}
+#import lucerna::integrators::face_sides::{HEIGHT, MAX_LAYERS, N_PROBES, next_layer, place_above, see_each_other}
+#import lucerna::math::vector::safe_normalize
+#import lucerna::sampling::low_discrepancy::sobol_owen
+#import lucerna::sampling::pcg::pcg
+#import lucerna::scene::surface::surface_over
+#import lucerna::scene::types::seen_from
+
+/// The surfel of a record whose place is `place` (from the cell's corner [cells]), without a border; opacity 0 if nothing is found.
+fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place: vec3<f32>) -> Surfel {
+    let cell = vec3<f32>(unpack_cell(packed_cell));
+    let outward = face_normal(face);
+    let seed = pcg(packed_cell + pcg(face));
+    var middle = vec3<f32>(0.0);
+    var normal = vec3<f32>(0.0);
+    var albedo = vec3<f32>(0.0);
+    // Bit k: ray k hit the surface.
+    var hits = 0u;
+    for (var probe = 0u; probe < N_PROBES; probe++) {
+        var origin = world_from_grid(grid, face_point(cell, face, sobol_owen(probe, seed)));
+        var length = grid.cell * FACE_RAY_LENGTH;
+        for (var ix = 0u; ix < MAX_LAYERS; ix++) {
+            let layer = next_layer(origin, outward, length);
+            if !layer.is_surface {
+                break;
+            }
+            let surface = seen_from(layer.surface, -outward);
+            let above = place_above(grid, surface);
+            if see_each_other(grid, cell + place, above) {
+                // (The mean of 16 points, each as wide as a quarter of the cell.)
+                albedo += surface_over(layer.triangle, layer.barycentrics, 0.25 * grid.cell).albedo;
+                middle += grid_from_world(grid, surface.position) - cell;
+                normal += surface.geometric_normal;
+                hits |= 1u << probe;
+                break;
+            }
+            origin = layer.origin;
+            length = layer.length;
+        }
+    }
+    var surfel = Surfel(outward, 0.0, vec3<f32>(0.0), 0.0, 0u);
+    if hits == 0u {
+        return surfel;
+    }
+    let n_hits = f32(countOneBits(hits));
+    surfel.albedo = albedo / n_hits;
+    surfel.normal = safe_normalize(normal, outward);
+    surfel.offset = dot(surfel.normal, middle / n_hits - 0.5);
+    let n_open = n_open_rays(grid, cell, face, seed, hits, place, surfel);
+    surfel.opacity = n_hits / (n_hits + f32(n_open));
+    return surfel;
+}
+
+/// Number of the rays that did not hit the surface, but reach its plane within the cell.
+fn n_open_rays(
+    grid: VoxelGrid,
+    cell: vec3<f32>,
+    face: u32,
+    seed: u32,
+    hits: u32,
+    place: vec3<f32>,
+    surfel: Surfel,
+) -> u32 {
+    let outward = face_normal(face);
+    let slope = dot(surfel.normal, outward);
+    var n = 0u;
+    for (var probe = 0u; probe < N_PROBES; probe++) {
+        if (hits & (1u << probe)) != 0u || slope <= 0.0 {
+            continue;
+        }
+        let start = face_point(cell, face, sobol_owen(probe, seed)) - cell;
+        let depth = (dot(surfel.normal, start - 0.5) - surfel.offset) / slope;
+        if depth < 0.0 || depth > FACE_RAY_LENGTH {
+            continue;
+        }
+        let above = start - depth * outward + HEIGHT * surfel.normal;
+        if see_each_other(grid, cell + place, cell + above) {
+            n += 1u;
+        }
+    }
+    return n;
+}
