@@ -5,7 +5,7 @@
 use crate::harness::{KeepNan, Largest};
 use crate::session::{camera, upload};
 use crate::support::{lambert, room, scene};
-use crate::{cells, session};
+use crate::{cells, prefiltered, session};
 use glam::{DVec3, UVec3, Vec3};
 use lucerna::components::voxel_light::{Bounces, Levels};
 use lucerna::components::voxel_pyramid::{ConeStepping, PyramidStorage};
@@ -57,6 +57,33 @@ fn of_all_bounces(kept: f64, albedo: f64) -> f64 {
     kept * (1.0 - albedo) / (1.0 - kept * albedo)
 }
 
+/// From surfel to surfel nothing is lost: every sum is that of the closed form within 1.5 %, but for the noise of single pixels and
+/// what looks into a corner. (After 80 rounds at albedo 0.95, 0.95⁸⁰ = 1.7 % are missing; after 160, 0.03 %.)
+#[test]
+fn surfels_keep_all_light() {
+    let levels = settings!(VoxelConeSettings { levels: Levels::Nested(3), ..cells(24) });
+    let odd = Resolution::Size(UVec3::new(27, 19, 37));
+    let odd = settings!(VoxelConeSettings { resolution: odd, ..cells(1) });
+    let fast = settings!(VoxelConeSettings { bounce_period: 1, ..cells(24) });
+    let counted =
+        |n| settings!(VoxelConeSettings { bounces: Bounces::UpTo(n), ..cells(24) });
+    for (albedo, n_frames, settings) in [
+        (0.5, 32, cells(32)),
+        (0.5, 24, cells(16)),
+        (0.5, 32, levels),
+        (0.5, 32, odd),
+        (0.8, 24, counted(1)),
+        (0.8, 24, counted(3)),
+        (0.95, 160, fast),
+    ] {
+        let [mean, least, most] = found(albedo, n_frames, settings);
+        assert!(
+            (mean - 1.0).abs() < 0.015 && least > 0.9 && most < 1.03,
+            "{settings:?}: the mean of pixels is {mean} of the closed form's light, expected 1 within 0.015; pixels are {least} to {most} of it, expected within 0.9 to 1.03"
+        );
+    }
+}
+
 /// Cones mix what they pass with weights that sum to 1 or less, so nothing can come out too bright but what the direct light's
 /// noise makes so.
 fn converges(albedo: f32, n_frames: u32, settings: VoxelConeSettings) {
@@ -68,12 +95,12 @@ fn converges(albedo: f32, n_frames: u32, settings: VoxelConeSettings) {
 
 #[test]
 fn furnace_converges() {
-    converges(0.5, 32, cells(32));
+    converges(0.5, 32, prefiltered(32));
 }
 
 #[test]
 fn furnace_with_fine_steps_is_exact_to_4_percent() {
-    let settings = settings!(VoxelConeSettings { stepping: fine(), ..cells(24) });
+    let settings = settings!(VoxelConeSettings { stepping: fine(), ..prefiltered(24) });
     let [mean, least, most] = found(0.5, 24, settings);
     assert!((mean - 1.0).abs() < 0.04, "{mean}");
     // The darkest pixel looks into a corner, where cones begin as high as a cell and a half is.
@@ -88,28 +115,28 @@ fn furnace_in_buffers_converges() {
         settings!(VoxelConeSettings {
             storage: PyramidStorage::Buffers,
             n_bounce_cones: 5,
-            ..cells(16)
+            ..prefiltered(16)
         }),
     );
 }
 
 #[test]
 fn furnace_of_three_levels_converges() {
-    converges(0.5, 32, settings!(VoxelConeSettings { levels: Levels::Nested(3), ..cells(24) }));
+    converges(0.5, 32, settings!(VoxelConeSettings { levels: Levels::Nested(3), ..prefiltered(24) }));
 }
 
 /// A box of cells that is no power of two along any axis.
 #[test]
 fn furnace_in_a_grid_of_odd_sizes_converges() {
     let resolution = Resolution::Size(UVec3::new(27, 19, 37));
-    converges(0.5, 32, settings!(VoxelConeSettings { resolution, ..cells(1) }));
+    converges(0.5, 32, settings!(VoxelConeSettings { resolution, ..prefiltered(1) }));
 }
 
 /// At albedo 0.95 light is reflected some twenty times; each share that a bounce loses counts as often. It stays bounded: what
 /// it converges to is not above the truth, and nothing moves any more.
 #[test]
 fn furnace_of_albedo_95_is_stable() {
-    let settings = settings!(VoxelConeSettings { bounce_period: 1, ..cells(24) });
+    let settings = settings!(VoxelConeSettings { bounce_period: 1, ..prefiltered(24) });
     let [half, _, _] = found(0.95, 80, settings);
     let [whole, _, most] = found(0.95, 160, settings);
     let expected = |kept| of_all_bounces(kept, 0.95);
@@ -125,7 +152,7 @@ fn furnace_of_albedo_95_is_stable() {
 fn bounces_are_counted() {
     let rho = 0.8;
     let share = |n| {
-        let settings = settings!(VoxelConeSettings { bounces: Bounces::UpTo(n), ..cells(24) });
+        let settings = settings!(VoxelConeSettings { bounces: Bounces::UpTo(n), ..prefiltered(24) });
         let [mean, least, most] = found(rho as f32, 24, settings);
         assert!(least > 0.7 && most < 1.03, "{n}: {least} to {most}");
         mean
@@ -145,7 +172,7 @@ fn bounces_are_counted() {
 #[test]
 fn bounces_are_spread_over_the_period() {
     let after_4 = |bounces, bounce_period| {
-        let settings = settings!(VoxelConeSettings { bounces, bounce_period, ..cells(24) });
+        let settings = settings!(VoxelConeSettings { bounces, bounce_period, ..prefiltered(24) });
         let world = upload(&furnace(0.8));
         let mut session = session(&world, &camera([0.7, 0.6, 0.4], [1.0, 0.4, 1.4]), settings);
         session.run(&world, 4);

@@ -56,7 +56,7 @@ fn a_panel_is_mirrored_in_a_glossy_floor() {
         settings!(ReferenceSettings { n_bounces: 8, ..crate::support::settings(SIDE, SIDE, 0) });
     let sums = crate::support::render(&fixture.on_gpu, &fixture.camera, &settings, 512);
     let expected = highlight(&resolve(&sums, UVec2::splat(SIDE), Channel::Indirect).rgb);
-    let base = crate::cells(64);
+    let base = crate::prefiltered(64);
     let found = highlight(&indirect(&fixture, base));
     let without = highlight(&indirect(
         &fixture,
@@ -107,7 +107,7 @@ fn what_stands_close_by_hides_what_is_mirrored() {
         settings!(ReferenceSettings { n_bounces: 8, ..crate::support::settings(SIDE, SIDE, 0) });
     let sums = crate::support::render(&fixture.on_gpu, &fixture.camera, &settings, 512);
     let expected = resolve(&sums, UVec2::splat(SIDE), Channel::Indirect).rgb;
-    let base = crate::cells(64);
+    let base = crate::prefiltered(64);
     let with = indirect(&fixture, base);
     let without =
         indirect(&fixture, settings!(VoxelConeSettings { occludes_specular: false, ..base }));

@@ -32,7 +32,7 @@ use lucerna::components::voxels::Resolution;
 use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::Camera;
 use lucerna::settings;
-use lucerna::techniques::voxel_cone::{VoxelCone, VoxelConeSettings};
+use lucerna::techniques::voxel_cone::{Tracing, VoxelCone, VoxelConeSettings};
 
 /// A session of the technique.
 fn session(world: &GpuScene, camera: &Camera, settings: VoxelConeSettings) -> Session<VoxelCone> {
@@ -45,10 +45,15 @@ fn cells(n: u32) -> VoxelConeSettings {
     settings!(VoxelConeSettings { resolution: Resolution::Longest(n), ..Default::default() })
 }
 
+/// So many cells along the longest side, and cones through prefiltered ones.
+fn prefiltered(n: u32) -> VoxelConeSettings {
+    settings!(VoxelConeSettings { tracing: Tracing::Prefiltered, ..cells(n) })
+}
+
 #[test]
 fn light_scales() {
-    for storage in [PyramidStorage::Textures, PyramidStorage::Buffers] {
-        let settings = settings!(VoxelConeSettings { storage, ..cells(16) });
+    let of = |storage| settings!(VoxelConeSettings { storage, ..prefiltered(16) });
+    for settings in [cells(16), of(PyramidStorage::Textures), of(PyramidStorage::Buffers)] {
         scales::indirect_scales_with_the_lights(&move |world, camera| {
             session(world, camera, settings)
         });

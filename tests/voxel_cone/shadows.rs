@@ -4,7 +4,7 @@
 use crate::harness::{Largest, gpu};
 use crate::session::{SIDE, Session, camera, upload};
 use crate::support::{lambert, quad, room, scene};
-use crate::{cells, session};
+use crate::{cells, prefiltered, session};
 use glam::{UVec2, Vec3};
 use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettings};
 use lucerna::components::voxel_pyramid::PyramidStorage;
@@ -92,7 +92,7 @@ fn voxels_lit_by_shadow_maps_are_lit_as_by_rays() {
 #[test]
 fn cones_cast_soft_shadows_of_a_lamp() {
     let world = upload(&room_with_table(None));
-    let settings = cells(64);
+    let settings = prefiltered(64);
     let rays = session(&world, &eye(), settings).picture(&world, 32, Channel::Direct);
     let mut by_cones = session(&world, &eye(), settings);
     use_cones(&world, &mut by_cones);
@@ -122,7 +122,7 @@ fn cones_cast_soft_shadows_of_a_lamp() {
 fn cones_cast_the_same_shadows_from_buffers() {
     let world = upload(&room_with_table(None));
     let [textures, buffers] = [PyramidStorage::Textures, PyramidStorage::Buffers].map(|storage| {
-        let settings = settings!(VoxelConeSettings { storage, ..cells(24) });
+        let settings = settings!(VoxelConeSettings { storage, ..prefiltered(24) });
         let mut session = session(&world, &eye(), settings);
         use_cones(&world, &mut session);
         session.run(&world, 1);

@@ -5,7 +5,7 @@
 #define_import_path lucerna::fields::voxel_surfels
 
 #import lucerna::components::voxel_light::sides::{NO_BORDER, SIDE_OFFSET, is_before_border}
-#import lucerna::components::voxel_surfels::surfel::{SIDE_UNKNOWN, height_over_surfel, meet_surfel, side_at_start, surfel_is_seen}
+#import lucerna::components::voxel_surfels::surfel::{SIDE_UNKNOWN, START_REACH, height_over_surfel, meet_surfel, side_at_start, surfel_is_seen}
 #import lucerna::components::voxel_surfels::surfel::unpack_surfel
 #import lucerna::components::voxels::bricks::{BRICK, NO_SLOT, brick_of_cell, slot_in_brick}
 #import lucerna::components::voxels::grid::grid_from_world
@@ -51,7 +51,7 @@ fn radiance_of_record(level: VoxelLevel, record: u32, albedo: vec3<f32>) -> vec3
 }
 
 /// Follows a ray through a cell in which there are surfaces. `sides`: for each axis the side of its surface on which the ray is.
-/// `start_normal`: unit normal of the surface where the ray starts, in the first cell.
+/// `t`: where it enters and leaves [cells]; `start_normal`: unit normal of the surface where it starts, zeros if it started in a finer level.
 fn meet_cell(
     level: VoxelLevel,
     slot: u32,
@@ -59,7 +59,6 @@ fn meet_cell(
     ray: GridRay,
     t: vec2<f32>,
     sides: ptr<function, vec3<u32>>,
-    is_start: bool,
     start_normal: vec3<f32>,
 ) -> CellMeetings {
     var out = CellMeetings(vec3<f32>(-1.0), vec3<f32>(0.0), mat3x3<f32>());
@@ -95,8 +94,9 @@ fn meet_cell(
             continue;
         }
         var before = side;
-        if is_start {
-            before = side_at_start(high, dot(surfel.normal, start_normal));
+        if before == SIDE_UNKNOWN && t.x < START_REACH && any(start_normal != vec3<f32>(0.0)) {
+            let height = height_over_surfel(surfel, ray.origin - cell);
+            before = side_at_start(height, dot(surfel.normal, start_normal));
         }
         let meeting = meet_surfel(before, high, low);
         (*sides)[axis] = meeting.side;
@@ -144,7 +144,7 @@ fn trace_surfels(
         let size = vec3<i32>(level.grid.size);
         let from_finer = done / level.grid.cell;
         var at = GridStep(vec3<i32>(floor(grid_point(ray, from_finer))), from_finer);
-        var is_start = ix == 0u || done == 0.0;
+        let start_normal = select(vec3<f32>(0.0), normal, done == 0.0);
         var sides = vec3<u32>(SIDE_UNKNOWN);
         while out.n_steps < MAX_WALK && at.t < end && all(at.cell >= vec3<i32>(0)) && all(at.cell < size) {
             out.n_steps += 1u;
@@ -154,7 +154,6 @@ fn trace_surfels(
                 let low = vec3<i32>(cell / BRICK * BRICK);
                 at = step_out_of(ray, low, low + vec3<i32>(BRICK), at.t);
                 sides = vec3<u32>(SIDE_UNKNOWN);
-                is_start = false;
                 continue;
             }
             let next = step_out_of(ray, at.cell, at.cell + 1, at.t);
@@ -163,7 +162,7 @@ fn trace_surfels(
                 sides = vec3<u32>(SIDE_UNKNOWN);
             } else {
                 let t = vec2<f32>(at.t, next.t);
-                var meetings = meet_cell(level, slot, vec3<f32>(cell), ray, t, &sides, is_start, normal);
+                var meetings = meet_cell(level, slot, vec3<f32>(cell), ray, t, &sides, start_normal);
                 for (var axis = next_meeting(meetings.shares); axis < 3u; axis = next_meeting(meetings.shares)) {
                     let distance = mix(at.t, next.t, meetings.shares[axis]);
                     meetings.shares[axis] = -1.0;
@@ -183,7 +182,6 @@ fn trace_surfels(
                 }
             }
             at = next;
-            is_start = false;
         }
         done = max(at.t * level.grid.cell, done);
     }

@@ -35,6 +35,10 @@ const SIDE_BACK: u32 = 2u;
 
 /// Who comes from where there is no surface is in front of a surfel, unless farther behind its plane than this [cells].
 const FRONT_SLACK: f32 = 0.05;
+/// As FRONT_SLACK, near the start of a ray.
+const START_SLACK: f32 = 0.005;
+/// So far from the start of a ray a surfel is seen as from the start [cells].
+const START_REACH: f32 = 2.0;
 /// Who is behind a surface comes to the front of another one only this far before its plane [cells].
 const BACK_SLACK: f32 = 0.3;
 /// A surfel whose normal has this cosine or more to that of the surface where a ray starts (or of its back) may be the same
@@ -93,12 +97,12 @@ fn height_over_surfel(surfel: Surfel, point: vec3<f32>) -> f32 {
     return dot(surfel.normal, point - 0.5) - surfel.offset;
 }
 
-/// On which side of a surfel that faces a ray the ray starts. `height`: that of its start over the plane [cells];
-/// `cosine`: between the surfel's normal and that of the surface where the ray starts; 0 if there is none.
+/// On which side of a surfel within START_REACH that faces a ray the ray starts. `height`: that of its start over the plane
+/// [cells]; `cosine`: between the surfel's normal and that of the surface where the ray starts; 0 if there is none.
 fn side_at_start(height: f32, cosine: f32) -> u32 {
     let is_same_front = cosine >= SAME_SURFACE && abs(height) < SAME_FRONT;
     let is_same_back = cosine <= -SAME_SURFACE && abs(height) < SAME_BACK;
-    let is_front = height >= -FRONT_SLACK && !is_same_front && !is_same_back;
+    let is_front = height >= -START_SLACK && !is_same_front && !is_same_back;
     return select(SIDE_BACK, SIDE_FRONT, is_front);
 }
 
