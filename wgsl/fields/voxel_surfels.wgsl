@@ -4,7 +4,7 @@
 //! Interface: `surfels`, `trace_surfels`. The light is that of `fields::voxel_light_texels`: what the host binds as `face_light`.
 #define_import_path lucerna::fields::voxel_surfels
 
-#import lucerna::components::voxel_light::sides::{NO_BORDER, SIDE_OFFSET, is_before_border}
+#import lucerna::components::voxel_light::sides::{NO_BORDER, SIDE_OFFSET, border_normal, is_before_border}
 #import lucerna::components::voxel_surfels::surfel::{SIDE_UNKNOWN, START_REACH, height_over_surfel, meet_surfel, side_at_start, surfel_is_seen}
 #import lucerna::components::voxel_surfels::surfel::unpack_surfel
 #import lucerna::components::voxels::bricks::{BRICK, NO_SLOT, brick_of_cell, slot_in_brick}
@@ -23,6 +23,9 @@
 const MAX_WALK: u32 = 5000u;
 /// A ray ends when this share of it is left.
 const LEAST_TRANSMITTANCE: f32 = 0.05;
+
+/// A surfel reaches this far beyond its border [cells], more than borders are rounded by, so that corners are closed.
+const BORDER_SLACK: f32 = 0.02;
 
 /// What a ray finds.
 struct SurfelLight {
@@ -78,8 +81,11 @@ fn meet_cell(
         var low = height_over_surfel(surfel, leaves);
         if surfel.border != NO_BORDER {
             let met = mix(enters, leaves, clamp(high / max(high - low, 1e-6), 0.0, 1.0));
-            let other = border_of_record(level, record).y;
-            if other != 0u && !is_before_border(surfel.border, met) {
+            if !is_before_border(surfel.border, met + BORDER_SLACK * border_normal(surfel.border)) {
+                let other = border_of_record(level, record).y;
+                if other == 0u {
+                    continue;
+                }
                 record = other - 1u;
                 words = surfels[level.first_record + record];
                 if !surfel_is_seen(words) {

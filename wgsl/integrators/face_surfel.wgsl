@@ -4,23 +4,29 @@
 //! What such rays hit on the record's side (`lucerna::components::voxel_light::sides`) is its surface: the mean of the points
 //! and of the normals gives the plane. Its opacity is the share of rays that hit the surface, among those that meet the plane
 //! within the cell and are not kept from it by something else: the floor of a cell in which a wall ends it is opaque, the
-//! top of a box is half open in a cell that the box fills by half.
+//! top of a box is half open in a cell that the box fills by half. What keeps a ray from it, a wall at the end of the floor, is its
+//! border: seen from the other side of the wall, the floor is not there.
 //!
 //! Bindings: none of its own; it uses the scene seam.
 #define_import_path lucerna::integrators::face_surfel
 
 #import lucerna::components::voxel_light::face_point::{FACE_RAY_LENGTH, face_point}
+#import lucerna::components::voxel_light::sides::{NO_BORDER, border_normal, pack_place, unpack_place}
 #import lucerna::components::voxel_surfels::surfel::Surfel
 #import lucerna::components::voxels::grid::{VoxelGrid, face_normal, grid_from_world, unpack_cell, world_from_grid}
-#import lucerna::integrators::face_sides::{HEIGHT, MAX_LAYERS, N_PROBES, next_layer, place_above, see_each_other}
+#import lucerna::integrators::face_sides::{HEIGHT, MAX_LAYERS, N_PROBES, border_between, next_layer, place_above, see_each_other}
 #import lucerna::math::vector::safe_normalize
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::pcg::pcg
 #import lucerna::scene::surface::surface_over
 #import lucerna::scene::types::seen_from
 
-/// The surfel of a record whose place is `place` (from the cell's corner [cells]), without a border; opacity 0 if nothing is found.
-fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place: vec3<f32>) -> Surfel {
+/// A border's normal has at most this cosine to that of the surfel; what stands more in line is the surface itself, which bends.
+const LEAST_ACROSS: f32 = 0.7;
+
+/// The surfel of a record whose packed place and border are these; opacity 0 if nothing is found.
+fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place_word: u32, border: u32) -> Surfel {
+    let place = unpack_place(place_word);
     let cell = vec3<f32>(unpack_cell(packed_cell));
     let outward = face_normal(face);
     let seed = pcg(packed_cell + pcg(face));
@@ -51,7 +57,7 @@ fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place: vec3<f32>) -
             length = layer.length;
         }
     }
-    var surfel = Surfel(outward, 0.0, vec3<f32>(0.0), 0.0, 0u);
+    var surfel = Surfel(outward, 0.0, vec3<f32>(0.0), 0.0, border);
     if hits == 0u {
         return surfel;
     }
@@ -59,24 +65,9 @@ fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place: vec3<f32>) -
     surfel.albedo = albedo / n_hits;
     surfel.normal = safe_normalize(normal, outward);
     surfel.offset = dot(surfel.normal, middle / n_hits - 0.5);
-    let n_open = n_open_rays(grid, cell, face, seed, hits, place, surfel);
-    surfel.opacity = n_hits / (n_hits + f32(n_open));
-    return surfel;
-}
-
-/// Number of the rays that did not hit the surface, but reach its plane within the cell.
-fn n_open_rays(
-    grid: VoxelGrid,
-    cell: vec3<f32>,
-    face: u32,
-    seed: u32,
-    hits: u32,
-    place: vec3<f32>,
-    surfel: Surfel,
-) -> u32 {
-    let outward = face_normal(face);
+    // The rays that did not hit the surface, but reach its plane within the cell.
+    var n_open = 0u;
     let slope = dot(surfel.normal, outward);
-    var n = 0u;
     for (var probe = 0u; probe < N_PROBES; probe++) {
         if (hits & (1u << probe)) != 0u || slope <= 0.0 {
             continue;
@@ -88,8 +79,14 @@ fn n_open_rays(
         }
         let above = start - depth * outward + HEIGHT * surfel.normal;
         if see_each_other(grid, cell + place, cell + above) {
-            n += 1u;
+            n_open += 1u;
+        } else if surfel.border == NO_BORDER {
+            let between = border_between(grid, cell, place_word, pack_place(above));
+            if between != NO_BORDER && abs(dot(border_normal(between), surfel.normal)) <= LEAST_ACROSS {
+                surfel.border = between;
+            }
         }
     }
-    return n;
+    surfel.opacity = n_hits / (n_hits + f32(n_open));
+    return surfel;
 }

@@ -11,7 +11,7 @@
 //! | y | 0–15 | offset of the plane from the cell's centre along the normal, −OFFSET_RANGE to OFFSET_RANGE [cells] |
 //! | y | 16–31 | opacity, unorm; 0: there is no surface |
 //! | z | 0–9, 10–19, 20–29 | albedo red, green, blue, unorm (linear) |
-//! | w | 0–31 | the border of the face's first record, or NO_BORDER (`lucerna::components::voxel_light::sides`) |
+//! | w | 0–31 | a border beyond which the surfel does not reach, or NO_BORDER (`lucerna::components::voxel_light::sides`) |
 //!
 //! Surface elements as such: H. Pfister et al., "Surfels: Surface Elements as Rendering Primitives", SIGGRAPH 2000.
 //!

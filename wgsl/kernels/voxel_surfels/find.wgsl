@@ -5,7 +5,7 @@
 //! `lucerna::math::dispatch` lays them out. Workgroup memory: none. Each invocation owns a surfel.
 
 #import lucerna::components::voxel_light::cache::FaceFaults
-#import lucerna::components::voxel_light::sides::{NO_PLACE, unpack_place}
+#import lucerna::components::voxel_light::sides::NO_PLACE
 #import lucerna::components::voxel_surfels::surfel::pack_surfel
 #import lucerna::components::voxels::levels::VoxelLevels
 #import lucerna::fields::voxel_structure::{first_record_of_face, packed_cell_of_slot, side_of_record}
@@ -42,9 +42,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if side.place != NO_PLACE {
         let first = first_record_of_face(level, counts.x, record);
         let packed_cell = packed_cell_of_slot(level, first / level.grid.n_faces);
-        var surfel = find_surfel(level.grid, packed_cell, first % level.grid.n_faces, unpack_place(side.place));
-        surfel.border = side.border;
-        words = pack_surfel(surfel);
+        let face = first % level.grid.n_faces;
+        words = pack_surfel(find_surfel(level.grid, packed_cell, face, side.place, side.border));
     }
     found[level.first_record + record] = words;
     // (No index of a level has the top bit.)
