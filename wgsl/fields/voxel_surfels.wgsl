@@ -5,7 +5,8 @@
 #define_import_path lucerna::fields::voxel_surfels
 
 #import lucerna::components::voxel_light::sides::{NO_BORDER, SIDE_OFFSET, border_normal, is_before_border}
-#import lucerna::components::voxel_surfels::surfel::{SIDE_UNKNOWN, START_REACH, height_over_surfel, meet_surfel, side_at_start, surfel_is_seen}
+#import lucerna::components::voxel_surfels::surfel::{SIDE_FRONT, SIDE_UNKNOWN, START_REACH, Surfel, height_over_surfel, meet_surfel}
+#import lucerna::components::voxel_surfels::surfel::{side_at_start, surfel_is_seen}
 #import lucerna::components::voxel_surfels::surfel::unpack_surfel
 #import lucerna::components::voxels::bricks::{BRICK, NO_SLOT, brick_of_cell, slot_in_brick}
 #import lucerna::components::voxels::grid::grid_from_world
@@ -53,6 +54,35 @@ fn radiance_of_record(level: VoxelLevel, record: u32, albedo: vec3<f32>) -> vec3
     return select(vec3<f32>(0.0), max(radiance, vec3<f32>(0.0)), all_finite(radiance));
 }
 
+/// A record's surfel as a ray through its cell sees it.
+struct SeenRecord {
+    surfel: Surfel,
+    record: u32,
+    /// Heights over the plane where the ray enters and leaves the cell [cells].
+    high: f32,
+    low: f32,
+    /// Whether the ray meets the plane before the surfel's border.
+    is_within: bool,
+}
+
+/// Looks at a record, counted in the level. `enters`, `leaves`: from the cell's corner [cells].
+fn see_record(level: VoxelLevel, record: u32, enters: vec3<f32>, leaves: vec3<f32>) -> SeenRecord {
+    let words = surfels[level.first_record + record];
+    var out = SeenRecord(Surfel(), record, 0.0, 0.0, true);
+    if !surfel_is_seen(words) {
+        return out;
+    }
+    out.surfel = unpack_surfel(words);
+    out.high = height_over_surfel(out.surfel, enters);
+    out.low = height_over_surfel(out.surfel, leaves);
+    let border = out.surfel.border;
+    if border != NO_BORDER {
+        let met = mix(enters, leaves, clamp(out.high / max(out.high - out.low, 1e-6), 0.0, 1.0));
+        out.is_within = is_before_border(border, met + BORDER_SLACK * border_normal(border));
+    }
+    return out;
+}
+
 /// Follows a ray through a cell in which there are surfaces. `sides`: for each axis the side of its surface on which the ray is.
 /// `t`: where it enters and leaves [cells]; `start_normal`: unit normal of the surface where it starts, zeros if it started in a finer level.
 fn meet_cell(
@@ -71,45 +101,33 @@ fn meet_cell(
         let side = (*sides)[axis];
         (*sides)[axis] = SIDE_UNKNOWN;
         // The face that the ray sees.
-        var record = slot * level.grid.n_faces + 2u * axis + u32(ray.direction[axis] > 0.0);
-        var words = surfels[level.first_record + record];
-        if !surfel_is_seen(words) {
+        let first = slot * level.grid.n_faces + 2u * axis + u32(ray.direction[axis] > 0.0);
+        var seen = see_record(level, first, enters, leaves);
+        if !seen.is_within {
+            let other = border_of_record(level, first).y;
+            if other == 0u {
+                continue;
+            }
+            seen = see_record(level, other - 1u, enters, leaves);
+        }
+        if !seen.is_within || seen.surfel.opacity == 0.0 {
             continue;
         }
-        var surfel = unpack_surfel(words);
-        var high = height_over_surfel(surfel, enters);
-        var low = height_over_surfel(surfel, leaves);
-        if surfel.border != NO_BORDER {
-            let met = mix(enters, leaves, clamp(high / max(high - low, 1e-6), 0.0, 1.0));
-            if !is_before_border(surfel.border, met + BORDER_SLACK * border_normal(surfel.border)) {
-                let other = border_of_record(level, record).y;
-                if other == 0u {
-                    continue;
-                }
-                record = other - 1u;
-                words = surfels[level.first_record + record];
-                if !surfel_is_seen(words) {
-                    continue;
-                }
-                surfel = unpack_surfel(words);
-                high = height_over_surfel(surfel, enters);
-                low = height_over_surfel(surfel, leaves);
-            }
-        }
+        let surfel = seen.surfel;
         if dot(surfel.normal, ray.direction) >= 0.0 {
             continue;
         }
         var before = side;
-        if before == SIDE_UNKNOWN && t.x < START_REACH && any(start_normal != vec3<f32>(0.0)) {
+        if before != SIDE_FRONT && t.x < START_REACH && any(start_normal != vec3<f32>(0.0)) {
             let height = height_over_surfel(surfel, ray.origin - cell);
             before = side_at_start(height, dot(surfel.normal, start_normal));
         }
-        let meeting = meet_surfel(before, high, low);
+        let meeting = meet_surfel(before, seen.high, seen.low);
         (*sides)[axis] = meeting.side;
         if meeting.share >= 0.0 {
             out.shares[axis] = meeting.share;
             out.opacities[axis] = surfel.opacity;
-            out.radiances[axis] = radiance_of_record(level, record, surfel.albedo);
+            out.radiances[axis] = radiance_of_record(level, seen.record, surfel.albedo);
         }
     }
     return out;

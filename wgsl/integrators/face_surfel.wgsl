@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The surfel of a voxel's face (`lucerna::components::voxel_surfels::surfel`), found by rays along the face's axis.
 //!
-//! What such rays hit on the record's side (`lucerna::components::voxel_light::sides`) is its surface: the mean of the points
-//! and of the normals gives the plane. Its opacity is the share of rays that hit the surface, among those that meet the plane
+//! What such rays hit on the record's side (`lucerna::components::voxel_light::sides`) is its surface: across the mean of its
+//! normals stands the plane, through the foremost point. (Behind it, it could stand in the air on the other side: a low step seen from below, through the middle of both heights.) Its opacity is the share of rays that hit the surface, among those that meet the plane
 //! within the cell and are not kept from it by something else: the floor of a cell in which a wall ends it is opaque, the
 //! top of a box is half open in a cell that the box fills by half. What keeps a ray from it, a wall at the end of the floor, is its
 //! border: seen from the other side of the wall, the floor is not there.
@@ -12,17 +12,21 @@
 
 #import lucerna::components::voxel_light::face_point::{FACE_RAY_LENGTH, face_point}
 #import lucerna::components::voxel_light::sides::{NO_BORDER, border_normal, pack_place, unpack_place}
-#import lucerna::components::voxel_surfels::surfel::Surfel
+#import lucerna::components::voxel_surfels::surfel::{OFFSET_RANGE, Surfel}
 #import lucerna::components::voxels::grid::{VoxelGrid, face_normal, grid_from_world, unpack_cell, world_from_grid}
-#import lucerna::integrators::face_sides::{HEIGHT, MAX_LAYERS, N_PROBES, border_between, next_layer, place_above, see_each_other}
+#import lucerna::integrators::face_sides::{HEIGHT, MAX_LAYERS, N_PROBES, border_between, next_layer, place_above, ray_between, see_each_other}
 #import lucerna::math::vector::safe_normalize
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::pcg::pcg
+#import lucerna::scene::rays::any_hit
 #import lucerna::scene::surface::surface_over
 #import lucerna::scene::types::seen_from
 
 /// A border's normal has at most this cosine to that of the surfel; what stands more in line is the surface itself, which bends.
 const LEAST_ACROSS: f32 = 0.7;
+
+/// How far a surface may be from its plane along the face's axis where the plane counts as surface [cells].
+const ROUGHNESS: f32 = 0.25;
 
 /// The surfel of a record whose packed place and border are these; opacity 0 if nothing is found.
 fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place_word: u32, border: u32) -> Surfel {
@@ -30,7 +34,7 @@ fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place_word: u32, bo
     let cell = vec3<f32>(unpack_cell(packed_cell));
     let outward = face_normal(face);
     let seed = pcg(packed_cell + pcg(face));
-    var middle = vec3<f32>(0.0);
+    var points: array<vec3<f32>, N_PROBES>;
     var normal = vec3<f32>(0.0);
     var albedo = vec3<f32>(0.0);
     // Bit k: ray k hit the surface.
@@ -48,7 +52,7 @@ fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place_word: u32, bo
             if see_each_other(grid, cell + place, above) {
                 // (The mean of 16 points, each as wide as a quarter of the cell.)
                 albedo += surface_over(layer.triangle, layer.barycentrics, 0.25 * grid.cell).albedo;
-                middle += grid_from_world(grid, surface.position) - cell;
+                points[probe] = grid_from_world(grid, surface.position) - cell;
                 normal += surface.geometric_normal;
                 hits |= 1u << probe;
                 break;
@@ -64,7 +68,12 @@ fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place_word: u32, bo
     let n_hits = f32(countOneBits(hits));
     surfel.albedo = albedo / n_hits;
     surfel.normal = safe_normalize(normal, outward);
-    surfel.offset = dot(surfel.normal, middle / n_hits - 0.5);
+    surfel.offset = -OFFSET_RANGE;
+    for (var probe = 0u; probe < N_PROBES; probe++) {
+        if (hits & (1u << probe)) != 0u {
+            surfel.offset = max(surfel.offset, dot(surfel.normal, points[probe] - 0.5));
+        }
+    }
     // The rays that did not hit the surface, but reach its plane within the cell.
     var n_open = 0u;
     let slope = dot(surfel.normal, outward);
@@ -77,7 +86,13 @@ fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place_word: u32, bo
         if depth < 0.0 || depth > FACE_RAY_LENGTH {
             continue;
         }
-        let above = start - depth * outward + HEIGHT * surfel.normal;
+        let place_on_plane = start - depth * outward;
+        // (What bends or is rough leaves the cell where the plane does not.)
+        let margin = ROUGHNESS * outward;
+        if any_hit(ray_between(grid, cell + place_on_plane + margin, cell + place_on_plane - margin)) {
+            continue;
+        }
+        let above = place_on_plane + HEIGHT * surfel.normal;
         if see_each_other(grid, cell + place, cell + above) {
             n_open += 1u;
         } else if surfel.border == NO_BORDER {
