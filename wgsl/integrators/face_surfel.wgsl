@@ -3,15 +3,15 @@
 //!
 //! What such rays hit on the record's side (`lucerna::components::voxel_light::sides`) is its surface: across the mean of its
 //! normals stands the plane, through the foremost point. (Behind it, it could stand in the air on the other side: a low step seen from below, through the middle of both heights.) Its opacity is the share of rays that hit the surface, among those that meet the plane
-//! within the cell and are not kept from it by something else: the floor of a cell in which a wall ends it is opaque, the
-//! top of a box is half open in a cell that the box fills by half. What keeps a ray from it, a wall at the end of the floor, is its
+//! within the cell and are not kept from it by something else. Where a surface ends in its cell, a line divides those from
+//! the others, which becomes the surfel's border. What keeps a ray from it, a wall at the end of the floor, is its
 //! border: seen from the other side of the wall, the floor is not there.
 //!
 //! Bindings: none of its own; it uses the scene seam.
 #define_import_path lucerna::integrators::face_surfel
 
 #import lucerna::components::voxel_light::face_point::{FACE_RAY_LENGTH, face_point}
-#import lucerna::components::voxel_light::sides::{NO_BORDER, border_normal, pack_place, unpack_place}
+#import lucerna::components::voxel_light::sides::{NO_BORDER, border_normal, pack_border, pack_place, unpack_place}
 #import lucerna::components::voxel_surfels::surfel::{OFFSET_RANGE, Surfel}
 #import lucerna::components::voxels::grid::{VoxelGrid, face_normal, grid_from_world, unpack_cell, world_from_grid}
 #import lucerna::integrators::face_sides::{HEIGHT, MAX_LAYERS, N_PROBES, border_between, next_layer, place_above, ray_between, see_each_other}
@@ -74,8 +74,8 @@ fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place_word: u32, bo
             surfel.offset = max(surfel.offset, dot(surfel.normal, points[probe] - 0.5));
         }
     }
-    // The rays that did not hit the surface, but reach its plane within the cell.
-    var n_open = 0u;
+    // The rays that did not hit the surface, but reach its plane within the cell; bit k: ray k.
+    var open = 0u;
     let slope = dot(surfel.normal, outward);
     for (var probe = 0u; probe < N_PROBES; probe++) {
         if (hits & (1u << probe)) != 0u || slope <= 0.0 {
@@ -94,7 +94,8 @@ fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place_word: u32, bo
         }
         let above = place_on_plane + HEIGHT * surfel.normal;
         if see_each_other(grid, cell + place, cell + above) {
-            n_open += 1u;
+            points[probe] = place_on_plane;
+            open |= 1u << probe;
         } else if surfel.border == NO_BORDER {
             let between = border_between(grid, cell, place_word, pack_place(above));
             if between != NO_BORDER && abs(dot(border_normal(between), surfel.normal)) <= LEAST_ACROSS {
@@ -102,6 +103,66 @@ fn find_surfel(grid: VoxelGrid, packed_cell: u32, face: u32, place_word: u32, bo
             }
         }
     }
-    surfel.opacity = n_hits / (n_hits + f32(n_open));
+    if surfel.border == NO_BORDER && open != 0u {
+        let edge = edge_between(surfel.normal, &points, hits, open);
+        surfel.border = edge.border;
+        hits &= edge.before;
+        open &= edge.before;
+    }
+    surfel.opacity = f32(countOneBits(hits)) / f32(max(countOneBits(hits | open), 1u));
     return surfel;
+}
+
+/// The line at which a surface ends in its cell.
+struct SurfelEdge {
+    /// The plane through it, across the surface; NO_BORDER: there is none.
+    border: u32,
+    /// Bit k: point k is before it.
+    before: u32,
+}
+
+/// The straight line that best divides the points of a surface from those where its plane is open.
+///
+/// `normal`: of the surface, unit length; `points`: from the cell's corner [cells]; `hits`, `open`: which of them are of which kind, some of each.
+fn edge_between(normal: vec3<f32>, points: ptr<function, array<vec3<f32>, N_PROBES>>, hits: u32, open: u32) -> SurfelEdge {
+    let both = hits | open;
+    var middle_of_hits = vec3<f32>(0.0);
+    var middle_of_open = vec3<f32>(0.0);
+    for (var ix = 0u; ix < N_PROBES; ix++) {
+        middle_of_hits += select(vec3<f32>(0.0), (*points)[ix], (hits & (1u << ix)) != 0u);
+        middle_of_open += select(vec3<f32>(0.0), (*points)[ix], (open & (1u << ix)) != 0u);
+    }
+    let apart = middle_of_hits / f32(countOneBits(hits)) - middle_of_open / f32(countOneBits(open));
+    let along = apart - dot(apart, normal) * normal;
+    if length(along) < 1e-3 {
+        return SurfelEdge(NO_BORDER, ~0u);
+    }
+    let direction = normalize(along);
+    // The line through each point in turn; it belongs to the hits.
+    var best = SurfelEdge(NO_BORDER, ~0u);
+    var least = countOneBits(open);
+    for (var ix = 0u; ix < N_PROBES; ix++) {
+        if (hits & (1u << ix)) == 0u {
+            continue;
+        }
+        let here = dot(direction, (*points)[ix]);
+        var before = 0u;
+        var next = here - 1.0;
+        for (var other = 0u; other < N_PROBES; other++) {
+            let there = dot(direction, (*points)[other]);
+            let is_before = there >= here;
+            before |= select(0u, 1u << other, is_before);
+            if !is_before && (both & (1u << other)) != 0u {
+                next = max(next, there);
+            }
+        }
+        let n_wrong = countOneBits(open & before) + countOneBits(hits & ~before);
+        if n_wrong < least {
+            least = n_wrong;
+            // Half-way to the next point beyond.
+            let middle = (*points)[ix] + 0.5 * (next - here) * direction;
+            best = SurfelEdge(pack_border(direction, middle), before);
+        }
+    }
+    return best;
 }
