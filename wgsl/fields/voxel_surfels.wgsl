@@ -25,6 +25,8 @@ const MAX_WALK: u32 = 5000u;
 /// A ray ends when this share of it is left.
 const LEAST_TRANSMITTANCE: f32 = 0.05;
 
+/// What is darker than this share of what is in front of it, and only partly hides it, is inside of it.
+const OTHER_SIDE: f32 = 0.01;
 /// A surfel reaches this far beyond its border [cells], more than borders are rounded by, so that corners are closed.
 const BORDER_SLACK: f32 = 0.02;
 
@@ -146,6 +148,23 @@ fn next_meeting(shares: vec3<f32>) -> u32 {
     return best;
 }
 
+/// Whether a surface is so much darker than what the ray has come through by half that it is on the other side of it: what is
+/// lit lights what it sees.
+fn is_much_darker(radiance: vec3<f32>, found: SurfelLight) -> bool {
+    let before = max(found.radiance.x, max(found.radiance.y, found.radiance.z));
+    let here = max(radiance.x, max(radiance.y, radiance.z));
+    return here * (1.0 - found.transmittance) < OTHER_SIDE * before;
+}
+
+/// The result of a ray that ends: the rest is assumed to be like what was found.
+fn end_of_ray(found: SurfelLight) -> SurfelLight {
+    var out = found;
+    out.radiance /= 1.0 - out.transmittance;
+    out.near_transmittance = max(out.near_transmittance - out.transmittance, 0.0) / (1.0 - out.transmittance);
+    out.transmittance = 0.0;
+    return out;
+}
+
 /// Follows a ray to the first surface that hides what is behind it.
 ///
 /// `origin`: on a surface of unit normal `normal`, or a little in front of it [m]; zeros: in the air. `direction`: unit
@@ -194,15 +213,14 @@ fn trace_surfels(
                     if distance * level.grid.cell < near {
                         out.near_transmittance *= 1.0 - opacity;
                     }
+                    if is_much_darker(meetings.radiances[axis], out) {
+                        return end_of_ray(out);
+                    }
                     out.radiance += out.transmittance * opacity * meetings.radiances[axis];
                     out.transmittance *= 1.0 - opacity;
                 }
                 if out.transmittance < LEAST_TRANSMITTANCE {
-                    // The rest is assumed to be like what was found.
-                    out.radiance /= 1.0 - out.transmittance;
-                    out.near_transmittance *= select(1.0, 0.0, out.near_transmittance < LEAST_TRANSMITTANCE);
-                    out.transmittance = 0.0;
-                    return out;
+                    return end_of_ray(out);
                 }
             }
             at = next;
