@@ -56,33 +56,17 @@ fn radiance_of_record(level: VoxelLevel, record: u32, albedo: vec3<f32>) -> vec3
     return select(vec3<f32>(0.0), max(radiance, vec3<f32>(0.0)), all_finite(radiance));
 }
 
-/// A record's surfel as a ray through its cell sees it.
-struct SeenRecord {
-    surfel: Surfel,
-    record: u32,
-    /// Heights over the plane where the ray enters and leaves the cell [cells].
-    high: f32,
-    low: f32,
-    /// Whether the ray meets the plane before the surfel's border.
-    is_within: bool,
-}
-
-/// Looks at a record, counted in the level. `enters`, `leaves`: from the cell's corner [cells].
-fn see_record(level: VoxelLevel, record: u32, enters: vec3<f32>, leaves: vec3<f32>) -> SeenRecord {
-    let words = surfels[level.first_record + record];
-    var out = SeenRecord(Surfel(), record, 0.0, 0.0, true);
-    if !surfel_is_seen(words) {
-        return out;
+/// Whether a ray meets a surfel's plane before its border. `enters`, `leaves`: where it enters and leaves the cell, from its corner
+/// [cells].
+fn is_within_border(surfel: Surfel, enters: vec3<f32>, leaves: vec3<f32>) -> bool {
+    let border = surfel.border;
+    if border == NO_BORDER {
+        return true;
     }
-    out.surfel = unpack_surfel(words);
-    out.high = height_over_surfel(out.surfel, enters);
-    out.low = height_over_surfel(out.surfel, leaves);
-    let border = out.surfel.border;
-    if border != NO_BORDER {
-        let met = mix(enters, leaves, clamp(out.high / max(out.high - out.low, 1e-6), 0.0, 1.0));
-        out.is_within = is_before_border(border, met + BORDER_SLACK * border_normal(border));
-    }
-    return out;
+    let high = height_over_surfel(surfel, enters);
+    let low = height_over_surfel(surfel, leaves);
+    let met = mix(enters, leaves, clamp(high / max(high - low, 1e-6), 0.0, 1.0));
+    return is_before_border(border, met + BORDER_SLACK * border_normal(border));
 }
 
 /// Follows a ray through a cell in which there are surfaces. `sides`: for each axis the side of its surface on which the ray is.
@@ -103,19 +87,23 @@ fn meet_cell(
         let side = (*sides)[axis];
         (*sides)[axis] = SIDE_UNKNOWN;
         // The face that the ray sees.
-        let first = slot * level.grid.n_faces + 2u * axis + u32(ray.direction[axis] > 0.0);
-        var seen = see_record(level, first, enters, leaves);
-        if !seen.is_within {
-            let other = border_of_record(level, first).y;
+        var record = slot * level.grid.n_faces + 2u * axis + u32(ray.direction[axis] > 0.0);
+        let words = surfels[level.first_record + record];
+        if !surfel_is_seen(words) {
+            continue;
+        }
+        var surfel = unpack_surfel(words);
+        if !is_within_border(surfel, enters, leaves) {
+            let other = border_of_record(level, record).y;
             if other == 0u {
                 continue;
             }
-            seen = see_record(level, other - 1u, enters, leaves);
+            record = other - 1u;
+            surfel = unpack_surfel(surfels[level.first_record + record]);
+            if surfel.opacity == 0.0 || !is_within_border(surfel, enters, leaves) {
+                continue;
+            }
         }
-        if !seen.is_within || seen.surfel.opacity == 0.0 {
-            continue;
-        }
-        let surfel = seen.surfel;
         if dot(surfel.normal, ray.direction) >= 0.0 {
             continue;
         }
@@ -124,12 +112,12 @@ fn meet_cell(
             let height = height_over_surfel(surfel, ray.origin - cell);
             before = side_at_start(height, dot(surfel.normal, start_normal));
         }
-        let meeting = meet_surfel(before, seen.high, seen.low);
+        let meeting = meet_surfel(before, height_over_surfel(surfel, enters), height_over_surfel(surfel, leaves));
         (*sides)[axis] = meeting.side;
         if meeting.share >= 0.0 {
             out.shares[axis] = meeting.share;
             out.opacities[axis] = surfel.opacity;
-            out.radiances[axis] = radiance_of_record(level, seen.record, surfel.albedo);
+            out.radiances[axis] = radiance_of_record(level, record, surfel.albedo);
         }
     }
     return out;
