@@ -451,7 +451,7 @@ fn walls_keep_light_out() {
         (exact, Between::Wall, 0.3, &[0.0, 0.6][..], 0.0..0.01),
         (exact, Between::Wall, 0.0, &[0.0], 0.0..0.01),
         (exact, Between::Corner, 0.3, &[0.6], 0.0..0.005),
-        (exact, Between::Door, 0.3, &[0.6], 0.165..0.185),
+        (exact, Between::Door, 0.3, &[0.6], 0.165..0.19),
         (filtered, Between::Wall, 0.3, &[0.0, 0.6], 0.0..0.1),
         (filtered, Between::Wall, 0.0, &[0.0], 0.0..0.1),
         (filtered, Between::Corner, 0.3, &[0.6], 0.0..0.02),

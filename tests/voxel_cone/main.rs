@@ -17,11 +17,14 @@ mod session;
 #[allow(dead_code)]
 #[path = "../reference/support.rs"]
 mod support;
+#[path = "../voxel_rt/walls.rs"]
+mod walls;
 
 mod changes;
 mod edges;
 mod furnace;
 mod glossy;
+mod houses;
 mod shadows;
 
 use crate::harness::gpu;

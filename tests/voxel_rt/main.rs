@@ -17,6 +17,7 @@ mod houses;
 mod leaks;
 mod scales;
 mod session;
+mod walls;
 
 mod of_any_size {
     use crate::scales::{a_large_scene_does_not_darken_a_room, indirect_scales_with_the_lights};
