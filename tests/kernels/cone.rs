@@ -540,7 +540,7 @@ fn trace(pyramid: &Pyramid, cones: &[Cone], stepping: ConeStepping, near: f32) -
     let outputs = storage(&vec![0xa5; bytes + 70 * size_of::<ConeResult>()]);
     let pass = TracePass::new(gpu(), pyramid);
     let n = cones.len() as u32;
-    submit(|recorder| pass.record(recorder, pyramid, &inputs, &outputs, n, stepping, near));
+    submit(|recorder| pass.record(recorder, pyramid.field(), &inputs, &outputs, n, stepping, near));
     let found = read(&outputs);
     assert_each("bytes behind the last cone's result", &found[bytes..], "as they were", |&byte| {
         byte == 0xa5

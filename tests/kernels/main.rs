@@ -28,5 +28,6 @@ mod voxel_faces;
 mod voxel_parts;
 mod voxel_pixels;
 mod voxel_sides;
+mod voxel_surfels;
 mod voxel_write;
 mod voxelize;

@@ -62,7 +62,12 @@ fn a_light_that_goes_out_leaves_nothing() {
 fn a_moved_board_is_where_it_is() {
     let (here, there) = (room_with_board(1.0, 5.0), room_with_board(3.0, 5.0));
     let (here, there) = (upload(&here), upload(&there));
-    let settings = settings!(VoxelConeSettings { points_per_face: 4, ..cells(24) });
+    let settings = settings!(VoxelConeSettings {
+        points_per_face: 4,
+        n_cones: 16,
+        n_bounce_cones: 16,
+        ..cells(24)
+    });
     let picture = |session: &mut Session<VoxelCone>| session.picture(&there, 16, Channel::Indirect);
     let settled = {
         let mut session = session(&there, &eye(), settings);

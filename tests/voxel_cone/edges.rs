@@ -47,7 +47,9 @@ fn the_same_input_gives_the_same_bytes() {
 fn any_grid_gives_finite_light() {
     let world = upload(&lit_room());
     let sizes = [UVec3::ONE, UVec3::new(2, 1, 3), UVec3::new(13, 7, 29), UVec3::new(64, 1, 1)];
-    for (size, base) in sizes.into_iter().flat_map(|size| [(size, cells(1)), (size, prefiltered(1))]) {
+    for (size, base) in
+        sizes.into_iter().flat_map(|size| [(size, cells(1)), (size, prefiltered(1))])
+    {
         let resolution = Resolution::Size(size);
         let mut session =
             session(&world, &eye(), settings!(VoxelConeSettings { resolution, ..base }));
@@ -196,7 +198,9 @@ fn a_sky_gives_pi_l_outdoors() {
     world.sky = Sky::Constant(radiance);
     let world = upload(&world);
     let above = camera([0.0, 3.0, 0.5], [0.0, 0.0, 0.0]);
-    for (by_cones, settings) in [(false, cells(32)), (false, prefiltered(32)), (true, prefiltered(32))] {
+    for (by_cones, settings) in
+        [(false, cells(32)), (false, prefiltered(32)), (true, prefiltered(32))]
+    {
         let mut session = session(&world, &above, settings);
         if by_cones {
             crate::shadows::use_cones(&world, &mut session);

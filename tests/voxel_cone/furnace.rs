@@ -65,8 +65,7 @@ fn surfels_keep_all_light() {
     let odd = Resolution::Size(UVec3::new(27, 19, 37));
     let odd = settings!(VoxelConeSettings { resolution: odd, ..cells(1) });
     let fast = settings!(VoxelConeSettings { bounce_period: 1, ..cells(24) });
-    let counted =
-        |n| settings!(VoxelConeSettings { bounces: Bounces::UpTo(n), ..cells(24) });
+    let counted = |n| settings!(VoxelConeSettings { bounces: Bounces::UpTo(n), ..cells(24) });
     for (albedo, n_frames, settings) in [
         (0.5, 32, cells(32)),
         (0.5, 24, cells(16)),
@@ -122,7 +121,11 @@ fn furnace_in_buffers_converges() {
 
 #[test]
 fn furnace_of_three_levels_converges() {
-    converges(0.5, 32, settings!(VoxelConeSettings { levels: Levels::Nested(3), ..prefiltered(24) }));
+    converges(
+        0.5,
+        32,
+        settings!(VoxelConeSettings { levels: Levels::Nested(3), ..prefiltered(24) }),
+    );
 }
 
 /// A box of cells that is no power of two along any axis.
@@ -152,7 +155,8 @@ fn furnace_of_albedo_95_is_stable() {
 fn bounces_are_counted() {
     let rho = 0.8;
     let share = |n| {
-        let settings = settings!(VoxelConeSettings { bounces: Bounces::UpTo(n), ..prefiltered(24) });
+        let settings =
+            settings!(VoxelConeSettings { bounces: Bounces::UpTo(n), ..prefiltered(24) });
         let [mean, least, most] = found(rho as f32, 24, settings);
         assert!(least > 0.7 && most < 1.03, "{n}: {least} to {most}");
         mean

@@ -5,6 +5,8 @@
 use crate::harness::assert_each;
 use crate::walls::{assert_leaks, assert_vaults, leaks, lights_on_tables, lights_under_vaults};
 use crate::{cells, session};
+use lucerna::settings;
+use lucerna::techniques::voxel_cone::VoxelConeSettings;
 
 /// Of the lit part's light, the median house's dark part has at most 0.5 %, and the worst one's 2.5 %.
 #[test]
@@ -25,6 +27,7 @@ fn thin_tables_are_lit_at_every_height() {
 /// The light under a vault is within 10 % of the path tracer's, and its blocks differ by no more than 8 %, of which half is noise.
 #[test]
 fn thin_vaults_do_not_mix_their_sides() {
-    let make = |world: &_, camera: &_| session(world, camera, cells(64));
+    let settings = settings!(VoxelConeSettings { n_cones: 16, n_bounce_cones: 16, ..cells(64) });
+    let make = |world: &_, camera: &_| session(world, camera, settings);
     assert_vaults(&lights_under_vaults(&make, 64), 0.1, 0.08);
 }

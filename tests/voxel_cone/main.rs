@@ -48,9 +48,14 @@ fn cells(n: u32) -> VoxelConeSettings {
     settings!(VoxelConeSettings { resolution: Resolution::Longest(n), ..Default::default() })
 }
 
-/// So many cells along the longest side, and cones through prefiltered ones.
+/// So many cells along the longest side, and nine cones through prefiltered ones, as in the source.
 fn prefiltered(n: u32) -> VoxelConeSettings {
-    settings!(VoxelConeSettings { tracing: Tracing::Prefiltered, ..cells(n) })
+    settings!(VoxelConeSettings {
+        tracing: Tracing::Prefiltered,
+        n_cones: 9,
+        n_bounce_cones: 9,
+        ..cells(n)
+    })
 }
 
 #[test]

@@ -44,7 +44,11 @@ fn houses_are_dark_behind_their_walls() {
 /// Of the lit part's light, the median house's dark part has at most 0.2 %, and the worst one's 1 %.
 #[test]
 fn little_light_leaks_through_walls_at_any_angle() {
-    assert_leaks(leaks(&|world, camera| Session::new(world, camera, with_cells(32)), 32), 0.01, 0.002);
+    assert_leaks(
+        leaks(&|world, camera| Session::new(world, camera, with_cells(32)), 32),
+        0.01,
+        0.002,
+    );
 }
 
 /// Within 3 % of the path tracer. (Noise: a sample deviates by about its mean; 290 of each of 30 faces give 1 %, 98 000 of the

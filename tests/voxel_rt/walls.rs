@@ -17,7 +17,13 @@ use lucerna::testing::{House, around, room_with_table, vault};
 pub type Make<'a, T> = &'a dyn Fn(&GpuScene, &Camera) -> Session<T>;
 
 /// The path tracer's picture, up to 12 reflections.
-pub fn reference(world: &GpuScene, camera: &Camera, size: u32, channel: Channel, n: u32) -> Vec<Vec3> {
+pub fn reference(
+    world: &GpuScene,
+    camera: &Camera,
+    size: u32,
+    channel: Channel,
+    n: u32,
+) -> Vec<Vec3> {
     let settings = settings!(ReferenceSettings {
         size: UVec2::splat(size),
         n_bounces: 12,
@@ -97,7 +103,12 @@ pub fn lights_on_tables<T: Technique>(make: Make<T>, cells: u32, n_heights: usiz
 
 /// What a camera sees by what the path tracer finds: the mean, and the root mean square of how far blocks of 4 × 4 pixels are off
 /// it, with the noise of both.
-pub fn compared<T: Technique>(make: Make<T>, scene: &Scene, camera: &Camera, n_samples: u32) -> [f64; 2] {
+pub fn compared<T: Technique>(
+    make: Make<T>,
+    scene: &Scene,
+    camera: &Camera,
+    n_samples: u32,
+) -> [f64; 2] {
     let world = upload(scene);
     let mut session = make(&world, camera);
     session.run(&world, 40);

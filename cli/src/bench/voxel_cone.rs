@@ -66,13 +66,21 @@ pub fn measure(
     };
     let ours =
         settings!(VoxelConeSettings { resolution: Resolution::Size(size), ..Default::default() });
-    let cones = settings!(VoxelConeSettings { tracing: Tracing::Prefiltered, ..ours });
+    let cones = settings!(VoxelConeSettings {
+        tracing: Tracing::Prefiltered,
+        n_cones: 9,
+        n_bounce_cones: 9,
+        ..ours
+    });
     let configurations = [
         (DEFAULT, ours),
         ("prefiltered", cones),
         ("one value a voxel", settings!(VoxelConeSettings { anisotropic: false, ..cones })),
         ("buffers", settings!(VoxelConeSettings { storage: PyramidStorage::Buffers, ..cones })),
-        ("with diffuse occlusion", settings!(VoxelConeSettings { occludes_diffuse: true, ..cones })),
+        (
+            "with diffuse occlusion",
+            settings!(VoxelConeSettings { occludes_diffuse: true, ..cones }),
+        ),
         ("16 cones", settings!(VoxelConeSettings { n_cones: 16, n_bounce_cones: 16, ..ours })),
     ];
     let mut rigs = vec![as_source(&bench, picture, size)?];
@@ -114,6 +122,8 @@ fn as_source(bench: &Bench, picture: UVec2, size: UVec3) -> Result<Rig<VoxelCone
         resolution: Resolution::Size(size),
         bounce_period: 1,
         tracing: Tracing::Prefiltered,
+        n_cones: 9,
+        n_bounce_cones: 9,
         stepping: ConeStepping { mip_bias: 0.0, ..ConeStepping::default() },
         face_weights: FaceWeights::Squared,
         specular: Specular::Fixed(10.0),

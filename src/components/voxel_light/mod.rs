@@ -205,9 +205,7 @@ impl VoxelLight {
             deposit,
             gather: GatherPass::new(gpu, scene, visibility),
             carry: CarryPass::new(gpu),
-            sides: settings
-                .anisotropic
-                .then(|| SidesPass::new(gpu, scene, settings.divides)),
+            sides: settings.anisotropic.then(|| SidesPass::new(gpu, scene, settings.divides)),
             publish: PublishPass::new(gpu),
             buffers: CacheBuffers::new(gpu, &layout, n_words, n_records)?,
             layout,

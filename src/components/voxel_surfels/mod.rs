@@ -30,7 +30,12 @@ impl Surfels {
         let advice = "use a lower resolution, or fewer levels";
         let bytes = light.buffers().reflected.size();
         Ok(Self {
-            find: ComputeKernel::new(gpu, scene.shaders(), Some(scene.group()), "voxel_surfels/find"),
+            find: ComputeKernel::new(
+                gpu,
+                scene.shaders(),
+                Some(scene.group()),
+                "voxel_surfels/find",
+            ),
             surfels: storage_buffer(gpu, "surfels", bytes, none, advice)?,
         })
     }

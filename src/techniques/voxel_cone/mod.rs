@@ -27,8 +27,8 @@ mod shade;
 use super::{Notice, Setting, SettingValue, Settings, Stat, Technique, TechniqueError};
 use crate::components::LightVisibility;
 use crate::components::voxel_light::{
-    Bounces, CacheBuffers, Eye, PublishInfo, PublishPass, VoxelLight,
-    VoxelLightSettings, VoxelReach,
+    Bounces, CacheBuffers, Eye, PublishInfo, PublishPass, VoxelLight, VoxelLightSettings,
+    VoxelReach,
 };
 use crate::components::voxel_surfels::Surfels;
 use crate::components::voxels::VoxelGrid;
@@ -297,7 +297,10 @@ impl Technique for VoxelCone {
         let mut notices = self.light.notices();
         let idle = self.chosen.idle();
         if !idle.is_empty() {
-            let text = format!("without --tracing prefiltered these make no difference: {}", idle.join(", "));
+            let text = format!(
+                "without --tracing prefiltered these make no difference: {}",
+                idle.join(", ")
+            );
             notices.push(Notice::warning(text));
         }
         notices

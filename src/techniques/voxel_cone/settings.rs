@@ -84,8 +84,8 @@ impl Default for VoxelConeSettings {
             levels: Levels::Auto,
             points_per_face: 1,
             bounces: Bounces::Unlimited,
-            n_cones: 9,
-            n_bounce_cones: 9,
+            n_cones: 5,
+            n_bounce_cones: 5,
             bounce_period: 4,
             tracing: Tracing::Surfels,
             stepping: ConeStepping::default(),
@@ -107,9 +107,8 @@ const CONE_SETS: &[u32] = &[5, 6, 9, 16];
 impl VoxelConeSettings {
     /// Fails if settings contradict each other.
     pub(super) fn check_tracing(&self) -> Result<(), VoxelLightError> {
-        let wrong = |name, value: String, possible| {
-            Err(VoxelLightError::Setting { name, value, possible })
-        };
+        let wrong =
+            |name, value: String, possible| Err(VoxelLightError::Setting { name, value, possible });
         match (self.tracing, self.specular) {
             (Tracing::Surfels, _) if !self.anisotropic => {
                 wrong("anisotropic", "off".into(), "on, or off with tracing prefiltered")
@@ -149,7 +148,10 @@ const OF_PREFILTERED: &[&str] = &[
 ];
 
 const TRACING: &[SettingChoice] = &[
-    SettingChoice::new("surfels", "along its axis from surface to surface, through the finest cells"),
+    SettingChoice::new(
+        "surfels",
+        "along its axis from surface to surface, through the finest cells",
+    ),
     SettingChoice::new(
         "prefiltered",
         "through prefiltered cells as wide as itself (as in the source)",

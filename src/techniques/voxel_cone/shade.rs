@@ -4,9 +4,7 @@
 use super::settings::{Specular, VoxelConeSettings};
 use crate::bindings::kernels::voxel_cone::shade as kernel;
 use crate::frame::Pixels;
-use crate::gpu::{
-    Bindings, ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders, target,
-};
+use crate::gpu::{Bindings, ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders, target};
 use glam::UVec2;
 
 /// tan of half the specular cone's aperture; 0: it follows from the roughness.
