@@ -103,9 +103,9 @@ fn kernels_exist_in_the_combinations_that_they_meet() {
     assert_eq!(n("voxel_light/carry"), 1);
     assert_eq!(n("reference/path_trace"), 4);
     assert_eq!(n("voxel_pyramid/fill"), 2);
-    // Rays × textures × (rays, maps, cones in textures, cones in buffers).
-    assert_eq!(n("frame/direct"), 16);
-    assert_eq!(n("voxel_light/gather"), 16);
+    // Rays × textures × (rays, maps, cones in textures, cones in buffers, cones from surfel to surfel, for both of these).
+    assert_eq!(n("frame/direct"), 24);
+    assert_eq!(n("voxel_light/gather"), 24);
     // Textures alone: nothing is traced.
     assert_eq!(n("frame/gbuffer"), 2);
     // Whatever is asked for, one of them fits.

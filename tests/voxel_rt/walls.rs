@@ -86,7 +86,8 @@ pub fn lights_on_tables<T: Technique>(make: Make<T>, cells: u32, n_heights: usiz
         let up = step % 3;
         let at = [Vec3::new(top, 2.0, 4.0), Vec3::new(4.0, top, 2.0), Vec3::new(2.0, 4.0, top)][up];
         let view = down_on(at, up);
-        let (thickness, double_sided) = ([0.2, 0.7, 1.3, 2.0][step % 4], step / 4 % 2 == 0);
+        let (thickness, double_sided) =
+            ([0.2, 0.7, 1.3, 2.0][step % 4], (step / 4).is_multiple_of(2));
         let world = upload(&room_with_table(top, thickness * cell, double_sided, up));
         let expected = reference(&world, &view, 16, Channel::Indirect, 384);
         let expected = sum(&expected) / expected.len() as f64;
