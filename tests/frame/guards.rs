@@ -20,7 +20,7 @@ use lucerna::scene::{Light, Scene, Sky};
 use lucerna::seam::{Change, Revised, Revisions, SceneSeam};
 use lucerna::settings as with;
 use lucerna::techniques::reference::{Film, PathTracer, UnfinishedPaths, Work};
-use lucerna::techniques::voxel_cone::{Specular, VoxelCone, VoxelConeSettings};
+use lucerna::techniques::voxel_cone::{Specular, Tracing, VoxelCone, VoxelConeSettings};
 use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
 use lucerna::techniques::{NoIndirect, Technique};
 use lucerna::testing::{assert_guards, guard_buffers};
@@ -58,8 +58,9 @@ fn techniques() -> Vec<(String, Make)> {
     let rays = with!(RaysInjected { n_rays: 21, strategy: WriteStrategy::Exact });
     let averaged = with!(RaysInjected { strategy: WriteStrategy::MovingAverage, ..rays });
     let rt = with!(VoxelRtSettings { resolution: 13, points_per_face: 1, ..Default::default() });
-    let cone =
+    let surfels =
         with!(VoxelConeSettings { resolution: Resolution::Longest(11), ..Default::default() });
+    let cone = with!(VoxelConeSettings { tracing: Tracing::Prefiltered, ..surfels });
     let of_rt = |settings: VoxelRtSettings| -> (String, Make) {
         let make = move |world: &GpuScene| -> Box<dyn Technique> {
             Box::new(VoxelRt::new(gpu(), world, settings, EYE).unwrap())
@@ -79,6 +80,12 @@ fn techniques() -> Vec<(String, Make)> {
         of_rt(with!(VoxelRtSettings { direct: DirectLight::FromLights(rays), ..rt })),
         of_rt(with!(VoxelRtSettings { direct: DirectLight::FromLights(averaged), ..rt })),
         of_rt(with!(VoxelRtSettings { direct: DirectLight::FromCamera(rays), ..rt })),
+        of_cone(surfels),
+        of_cone(with!(VoxelConeSettings {
+            levels: Levels::Nested(2),
+            bounces: Bounces::UpTo(2),
+            ..surfels
+        })),
         of_cone(cone),
         of_cone(with!(VoxelConeSettings {
             anisotropic: false,
