@@ -305,13 +305,19 @@ fn surfels_of_a_house_lie_in_its_planes() {
             (n, through + half),
             (-n, half - through),
         ];
-        let (mut n_seen, mut n_single, mut n_opaque) = (0, 0, 0);
-        for record in 0..6 * counts.n_voxels as usize {
+        let first_slot = n_bricks(&grid) as usize;
+        let (mut n_seen, mut n_single, mut n_opaque, mut n_second) = (0, 0, 0, 0);
+        for record in 0..counts.n_records as usize {
             let (normal, offset, opacity) = unpacked(words[record]);
             if opacity == 0.0 {
                 continue;
             }
-            let packed = structure[(n_bricks(&grid) as usize) + record / 6][0];
+            // Of a second record, that of its face.
+            let is_second = record >= 6 * counts.n_voxels as usize;
+            let side = first_slot + grid.capacity as usize + 2 * record;
+            let first = if is_second { structure[side + 1][1] as usize } else { record };
+            n_second += usize::from(is_second);
+            let packed = structure[first_slot + first / 6][0];
             let cell = UVec3::new(packed & 1023, packed >> 10 & 1023, packed >> 20).as_dvec3();
             let middle = grid.origin.as_dvec3() + f64::from(grid.cell) * (cell + 0.5);
             // (Double-sided: a plane from either side.)
@@ -321,7 +327,13 @@ fn surfels_of_a_house_lie_in_its_planes() {
                 .filter(|(n, d)| (n.dot(middle) - d).abs() < 0.9 * f64::from(grid.cell))
                 .collect();
             n_seen += 1;
-            if near.len() != 2 {
+            let looks_out = normal[first % 6 / 2] * if first % 2 == 0 { 1.0 } else { -1.0 };
+            assert!(
+                looks_out > 0.0,
+                "house {seed}, cell {cell}: the surfel of face {} has the normal {normal}",
+                first % 6
+            );
+            if is_second || near.len() != 2 {
                 continue;
             }
             n_single += 1;
@@ -342,8 +354,8 @@ fn surfels_of_a_house_lie_in_its_planes() {
             "house {seed}: {n_seen} surfels, {n_single} of a single plane, {n_opaque} of those opaque"
         );
         assert!(
-            n_single > 500 && n_opaque == n_single,
-            "house {seed}: of {n_single} surfels of a single plane, {n_opaque} are opaque, expected all of above 500"
+            n_single > 500 && n_opaque == n_single && n_second > 10,
+            "house {seed}: of {n_single} surfels of a single plane, {n_opaque} are opaque, expected all of above 500; {n_second} are of second records, expected above 10"
         );
         let last = counts.n_records as usize;
         assert!(words[last..last + 64].iter().all(|&w| w == UVec4::ZERO), "behind the last record");

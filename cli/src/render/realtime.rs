@@ -119,9 +119,9 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         errln!("{}{}", if notice.is_warning { "warning: " } else { "" }, notice.text);
     }
     let visibility = match shadows {
-        ShadowArgument::Cones => {
-            made.visibility().ok_or("--shadows cones needs the technique voxel-cone")?
-        }
+        ShadowArgument::Cones => made
+            .visibility()
+            .ok_or("--shadows cones needs --technique voxel-cone --tracing prefiltered")?,
         _ => of_voxels,
     };
     if let Some(name) = &arguments.realtime.debug_view
