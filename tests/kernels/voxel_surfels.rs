@@ -307,8 +307,8 @@ fn surfels_of_a_house_lie_in_its_planes() {
         ];
         let first_slot = n_bricks(&grid) as usize;
         let (mut n_seen, mut n_single, mut n_opaque, mut n_second) = (0, 0, 0, 0);
-        for record in 0..counts.n_records as usize {
-            let (normal, offset, opacity) = unpacked(words[record]);
+        for (record, &packed) in words.iter().enumerate().take(counts.n_records as usize) {
+            let (normal, offset, opacity) = unpacked(packed);
             if opacity == 0.0 {
                 continue;
             }
