@@ -2,11 +2,16 @@
 //! Walls at any angle, thin solids and curved shells, double-sided as most files are: no light through them, and as much on them as
 //! the path tracer finds.
 
-use crate::harness::assert_each;
+use crate::harness::{assert_each, read};
+use crate::session::upload;
 use crate::walls::{assert_leaks, assert_vaults, leaks, lights_on_tables, lights_under_vaults};
 use crate::{cells, session};
+use glam::UVec4;
+use lucerna::components::voxel_light::Levels;
+use lucerna::components::voxels::VoxelCounts;
 use lucerna::settings;
 use lucerna::techniques::voxel_cone::VoxelConeSettings;
+use lucerna::testing::{House, around};
 
 /// Of the lit part's light, the median house's dark part has at most 0.5 %, and the worst one's 2.5 %.
 #[test]
@@ -30,4 +35,35 @@ fn thin_vaults_do_not_mix_their_sides() {
     let settings = settings!(VoxelConeSettings { n_cones: 16, n_bounce_cones: 16, ..cells(64) });
     let make = |world: &_, camera: &_| session(world, camera, settings);
     assert_vaults(&lights_under_vaults(&make, 64), 0.1, 0.08);
+}
+
+/// A level that follows the camera finds its surfels anew where it goes, and those of before when it comes back; the whole house's
+/// level keeps its own. (Of first records, whose order is that of the cells.)
+#[test]
+fn levels_that_scroll_keep_their_surfels() {
+    let house = House::draw(6, 8.0 / 32.0);
+    let world = upload(&house.scene);
+    let [lit, dark] = house.eyes.map(|eye| around(eye)[0].clone());
+    let settings = settings!(VoxelConeSettings { levels: Levels::Nested(2), ..cells(32) });
+    let mut session = session(&world, &dark, settings);
+    let mut surfels_from = |camera: &lucerna::scene::Camera| -> [Vec<UVec4>; 2] {
+        session.camera = camera.clone();
+        session.run(&world, 1);
+        let technique = &session.technique;
+        let words: Vec<UVec4> =
+            bytemuck::pod_collect_to_vec(&read(technique.surfels().unwrap().buffer()));
+        [0, 1].map(|level| {
+            let counts = read(&technique.buffers().counts[level]);
+            let counts: VoxelCounts = bytemuck::pod_read_unaligned(&counts);
+            let first = if level == 0 { 0 } else { 6 * technique.grid(0).capacity as usize };
+            words[first..][..6 * counts.n_voxels as usize].to_vec()
+        })
+    };
+    let [before, there, again] = [&dark, &lit, &dark].map(&mut surfels_from);
+    assert!(before[0] != there[0], "the finer level's surfels around both cameras are the same");
+    for (level, name) in ["finer", "coarser"].into_iter().enumerate() {
+        assert!(!before[level].is_empty(), "the {name} level has no surfels");
+        assert!(before[level] == again[level], "the {name} level's surfels, there and back");
+    }
+    assert!(before[1] == there[1], "the coarser level's surfels, when the finer one moved");
 }

@@ -196,13 +196,16 @@ fn trace_surfels(
                 var meetings = meet_cell(level, slot, vec3<f32>(cell), ray, t, &sides, start_normal);
                 for (var axis = next_meeting(meetings.shares); axis < 3u; axis = next_meeting(meetings.shares)) {
                     let distance = mix(at.t, next.t, meetings.shares[axis]);
-                    meetings.shares[axis] = -1.0;
-                    let opacity = select(meetings.opacities[axis], 0.0, distance > end);
-                    if distance * level.grid.cell < near {
-                        out.near_transmittance *= 1.0 - opacity;
+                    if distance > end {
+                        break;
                     }
                     if is_much_darker(meetings.radiances[axis], out) {
                         return end_of_ray(out);
+                    }
+                    meetings.shares[axis] = -1.0;
+                    let opacity = meetings.opacities[axis];
+                    if distance * level.grid.cell < near {
+                        out.near_transmittance *= 1.0 - opacity;
                     }
                     out.radiance += out.transmittance * opacity * meetings.radiances[axis];
                     out.transmittance *= 1.0 - opacity;

@@ -135,7 +135,8 @@ pub struct VoxelLight {
     frames_since_change: u32,
     frames_since_motion: u32,
     n_frames: u32,
-    has_new_structure: bool,
+    /// Which levels the last update gave a new structure.
+    new_levels: [bool; MAX_LEVELS as usize],
     reach: VoxelReach,
 }
 
@@ -213,7 +214,7 @@ impl VoxelLight {
             frames_since_change: 0,
             frames_since_motion: 0,
             n_frames: 0,
-            has_new_structure: false,
+            new_levels: [false; MAX_LEVELS as usize],
             reach,
         })
     }
@@ -225,7 +226,15 @@ impl VoxelLight {
 
     /// Whether the last [`update`](Self::update) made a new structure, so that voxels have other slots.
     pub fn has_new_structure(&self) -> bool {
-        self.has_new_structure
+        self.new_levels.contains(&true)
+    }
+
+    /// As [`has_new_structure`](Self::has_new_structure), for one level.
+    ///
+    /// # Panics
+    /// If there is no such level.
+    pub fn is_new(&self, level: usize) -> bool {
+        self.new_levels[level]
     }
 
     /// Number of updates so far.
@@ -362,9 +371,10 @@ impl VoxelLight {
         let light_rays = light_frames.saturating_mul(n_points);
         let moving_rays = learning(self.frames_since_motion).saturating_mul(n_points);
         let max_rays = self.settings.max_rays.min(moving_rays.max(RAYS_WHILE_MOVING));
-        self.has_new_structure =
-            pending.is_some() || shifts.iter().any(|&shift| shift != IVec3::ZERO);
-        if self.has_new_structure {
+        self.new_levels = std::array::from_fn(|ix| {
+            ix < self.levels.len() && (pending.is_some() || shifts[ix] != IVec3::ZERO)
+        });
+        if self.has_new_structure() {
             if let Err(error) = self.voxelize(recorder, scene, pending, &shifts) {
                 self.seen = None;
                 return Err(error);
@@ -474,11 +484,9 @@ impl VoxelLight {
         ] {
             recorder.encoder().copy_buffer_to_buffer(now, 0, before, 0, now.size());
         }
-        let mut is_new = [false; MAX_LEVELS as usize];
         for (ix, level) in self.levels.iter().enumerate() {
             let triangles = if shifts[ix] == IVec3::ZERO { pending } else { Some(Triangles::All) };
             let Some(triangles) = triangles else { continue };
-            is_new[ix] = true;
             let voxelizer = &level.voxelizer;
             voxelizer.record(recorder, scene, triangles)?;
             let to = u64::from(self.layout.levels[ix].first_brick) * 8;
@@ -492,7 +500,8 @@ impl VoxelLight {
         if let Some(sides) = &self.sides {
             let pass = &mut recorder.compute("voxel_light/sides");
             // (The others have their second records.)
-            for (level, of_level) in (0..).zip(&self.levels).filter(|&(ix, _)| is_new[ix as usize])
+            for (level, of_level) in
+                (0..).zip(&self.levels).filter(|&(ix, _)| self.new_levels[ix as usize])
             {
                 sides.record(pass, scene, &self.buffers, level, of_level.records());
             }

@@ -40,11 +40,11 @@ impl Surfels {
         })
     }
 
-    /// Finds all surfels anew, after the light's structure was made.
+    /// Finds the surfels of the levels that the light's last update gave a new structure.
     pub fn record(&self, recorder: &mut Recorder, scene: &dyn SceneSeam, light: &VoxelLight) {
         let pass = &mut recorder.compute(self.find.name());
         let buffers = light.buffers();
-        for level in 0..light.n_levels() as u32 {
+        for level in (0..light.n_levels() as u32).filter(|&level| light.is_new(level as usize)) {
             let info = FindInfo { level, reserved_a: 0, reserved_b: 0, reserved_c: 0 };
             self.find
                 .call(pass)

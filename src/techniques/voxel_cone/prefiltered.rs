@@ -51,9 +51,8 @@ impl Prefiltered {
         scene: &dyn SceneSeam,
         light: &VoxelLight,
     ) -> Result<(), TechniqueError> {
-        for (ix, (attributes, voxelizer)) in
-            self.attributes.iter().zip(light.voxelizers()).enumerate()
-        {
+        let levels = self.attributes.iter().zip(light.voxelizers()).enumerate();
+        for (ix, (attributes, voxelizer)) in levels.filter(|&(ix, _)| light.is_new(ix)) {
             attributes.record(recorder, scene, voxelizer)?;
             self.pyramid.move_level(recorder, ix, voxelizer.grid().origin);
         }
