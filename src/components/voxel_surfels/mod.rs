@@ -3,7 +3,7 @@
 //! are (`wgsl/components/voxel_surfels/surfel.wgsl`).
 //!
 //! ```text
-//! VoxelLight (structure, sides) ──▶ SurfelPass ──surfels──▶ fields::voxel_surfels
+//! VoxelLight (structure, sides) ──▶ Surfels ─────────────▶ fields::voxel_surfels
 //!            └── irradiance of faces ──────────────────────────▲
 //! ```
 
