@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Functions that wait for the GPU, for programs and tests. Nothing else in the library waits.
 
+use crate::components::convergence;
 use crate::frame::{DirectSettings, FrameError, FramePasses, View, ViewSettings};
 use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder, check_not_empty};
 use crate::scene::Camera;
@@ -287,6 +288,10 @@ pub fn read_path_counts(gpu: &Gpu, unfinished: &UnfinishedPaths) -> Result<PathC
 pub struct FrameStats {
     /// Frames that were accumulated.
     pub n_frames: u32,
+    /// Frames before these.
+    pub n_warm_up: u32,
+    /// The share of the technique's light that was still on its way at the end of the warm-up, at most; None if it does not know.
+    pub light_to_come: Option<f32>,
     /// GPU time of each pass by name, summed over all frames; empty if the device has no timestamps or they were not
     /// requested.
     pub passes: Vec<(&'static str, Duration)>,
@@ -313,6 +318,9 @@ pub struct FramesToRender {
     pub direct: DirectSettings,
     /// Frames before these, in which only the technique is updated and no picture is rendered.
     pub n_warm_up: u32,
+    /// Ends the warm-up once less than this share of the technique's light is on its way ([`Technique::light_to_come`]), but not before its
+    /// 8th frame. 0: `n_warm_up` frames in any case.
+    pub settled_below: f32,
     /// Whether to measure GPU times.
     pub timed: bool,
 }
@@ -321,9 +329,19 @@ impl FramesToRender {
     /// This number of frames of a picture of this size \[pixels\], without warm-up frames.
     pub fn new(size: glam::UVec2, n_frames: u32) -> Self {
         let view = crate::settings!(ViewSettings { n_accumulated: n_frames });
-        Self { size, view, direct: DirectSettings::default(), n_warm_up: 0, timed: false }
+        Self {
+            size,
+            view,
+            direct: DirectSettings::default(),
+            n_warm_up: 0,
+            settled_below: 0.0,
+            timed: false,
+        }
     }
 }
+
+/// Frames of a warm-up before the technique's light can count as settled: in the first ones, it may not have been found at all.
+const LEAST_WARM_UP: u32 = 8;
 
 /// Frames could not be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -378,19 +396,28 @@ pub fn render_frames_with(
     let mut stats = FrameStats::default();
     let started = Instant::now();
     let n_frames = what.view.n_accumulated.max(1);
-    let total = u64::from(what.n_warm_up) + u64::from(n_frames);
     let mut stops = false;
-    for done in 1..=u64::from(what.n_warm_up) {
+    while stats.n_warm_up < what.n_warm_up {
         view.advance(scene, camera, &what.view);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         passes.update(&mut Recorder::new(gpu, &mut encoder), scene, &view, technique)?;
         gpu.queue.submit([encoder.finish()]);
         wait(gpu)?;
-        stops = !keep_going(Progress { done, total });
+        stats.n_warm_up += 1;
+        let total = u64::from(what.n_warm_up) + u64::from(n_frames);
+        stops = !keep_going(Progress { done: u64::from(stats.n_warm_up), total });
         if stops {
             break;
         }
+        if what.settled_below > 0.0 && stats.n_warm_up >= LEAST_WARM_UP {
+            let to_come = read_light_to_come(gpu, technique)?;
+            if to_come.is_some_and(|share| share < what.settled_below) {
+                break;
+            }
+        }
     }
+    stats.light_to_come = read_light_to_come(gpu, technique)?;
+    let total = u64::from(stats.n_warm_up) + u64::from(n_frames);
     view.restart();
     loop {
         view.advance(scene, camera, &what.view);
@@ -417,7 +444,7 @@ pub fn render_frames_with(
             None => wait(gpu)?,
         }
         stats.n_frames += 1;
-        let done = u64::from(what.n_warm_up) + u64::from(stats.n_frames);
+        let done = u64::from(stats.n_warm_up) + u64::from(stats.n_frames);
         let goes_on = keep_going(Progress { done, total });
         if stops || stats.n_frames == n_frames || !goes_on {
             stats.stopped = stops || stats.n_frames < n_frames;
@@ -441,6 +468,16 @@ pub fn read_timers(
     let bytes = read_buffer(gpu, timers.resolved())?;
     let of = |(name, ms): (_, f64)| (name, Duration::from_secs_f64(ms * 1e-3));
     Ok(timers.milliseconds(&bytes).into_iter().map(of).collect())
+}
+
+/// The share of the technique's light that is still on its way, at most; None if it does not know ([`Technique::light_to_come`]).
+///
+/// # Errors
+/// The device was lost.
+pub fn read_light_to_come(gpu: &Gpu, technique: &dyn Technique) -> Result<Option<f32>, LostGpu> {
+    let Some(stat) = technique.light_to_come() else { return Ok(None) };
+    let ppm = read_stat(gpu, &stat)?;
+    Ok((ppm != u64::from(convergence::UNKNOWN)).then_some(ppm as f32 * 1e-6))
 }
 
 /// Reads the number of a [`Stat`], after all submitted work.

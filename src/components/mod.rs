@@ -9,7 +9,9 @@
 //! | [`voxel_surfels`] | where in their cells the surfaces are that faces see, for rays from one to the next |
 //! | [`voxel_pyramid`] | light and opacity of ever coarser voxels, for cones |
 //! | [`shadow_maps`] | what lights see |
+//! | [`convergence`] | how much light that is gathered over frames still changes |
 
+pub mod convergence;
 pub mod shadow_maps;
 pub mod voxel_light;
 pub mod voxel_pyramid;

@@ -87,6 +87,13 @@ pub trait Technique {
         Vec::new()
     }
 
+    /// How much of its light is still on its way at most, in parts per million
+    /// ([`Convergence`](crate::components::convergence::Convergence)), to be read back at leisure. None if it does not gather light
+    /// over frames, or does not know.
+    fn light_to_come(&self) -> Option<Stat> {
+        None
+    }
+
     /// What the user should know about how it fits the scene.
     fn notices(&self) -> Vec<Notice> {
         Vec::new()

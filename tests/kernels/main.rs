@@ -4,6 +4,7 @@
 mod bsdf;
 mod color;
 mod cone;
+mod convergence;
 mod geometry;
 mod harness;
 mod light;

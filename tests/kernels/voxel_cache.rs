@@ -427,6 +427,25 @@ fn rejected_samples_are_counted() {
     }
 }
 
+/// Once the light has settled, it is published in one of SETTLED_PERIOD frames, and always by callers that give frame 0.
+#[test]
+fn settled_light_is_published_in_turn() {
+    let mut random = Random(18);
+    let rig = Rig::new(&mut random, 6, random_record);
+    let publish = PublishPass::new(gpu());
+    let at = std::mem::offset_of!(VoxelLevels, is_settled) as u64;
+    for (is_settled, frame, is_published) in
+        [(0u32, 1, true), (1, 1, false), (1, 6, false), (1, 8, true), (1, 0, true)]
+    {
+        gpu().queue.write_buffer(&rig.buffers.levels, at, bytemuck::bytes_of(&is_settled));
+        submit(|recorder| recorder.encoder().clear_buffer(&rig.buffers.shown, 0, None));
+        let info = settings!(PublishInfo { level: LEVEL, frame, ..Zeroable::zeroed() });
+        rig.run(|pass| publish.record(pass, &rig.buffers, &info, rig.records()));
+        let found = read(&rig.buffers.shown).iter().any(|byte| *byte != 0);
+        assert_eq!(found, is_published, "settled {is_settled}, frame {frame}: published");
+    }
+}
+
 /// A binding holds 128 MiB, or what the device allows: so many records of 48 bytes go in and not one more, and the error says which
 /// buffer it is and what to do.
 #[test]

@@ -400,6 +400,8 @@ struct BounceInfo {
     level: u32,
     frame: u32,
     period: u32,
+    settled_period: u32,
+    reserved: [u32; 3],
 }
 
 /// `voxel_cone/bounce` in a cube of 8 m that a thin medium of radiance 1 fills: a face finds π·(1 − e^(−τ)) over the way to the
@@ -463,6 +465,9 @@ fn bounces_find_the_depth_from_their_surface_on() {
                 level: LEVEL,
                 frame,
                 period: PERIOD,
+                // (The light has not settled: `levels` says so.)
+                settled_period: 1000,
+                reserved: [0; 3],
             };
             let mut bound = pyramid.field();
             bound.push(("records", (&records).into()));
@@ -772,7 +777,8 @@ fn second_share() -> f64 {
     ceiling_share(DVec3::new(2.0, 0.0, 2.0), 2.4, 8.0)
 }
 
-/// Faces that are known and dark take turns: each is sampled in one of 16 frames; lit or new ones in all.
+/// Faces that are known and dark take turns: each is sampled in one of 16 frames; lit or new ones in all, but in one of 4 if the light
+/// has settled, there are 64 rays, and only direct light is sampled.
 #[test]
 fn dark_faces_are_sampled_in_turn() {
     let scene = GpuScene::new(
@@ -789,12 +795,19 @@ fn dark_faces_are_sampled_in_turn() {
     let mut random = Random(86);
     let size = UVec3::new(7, 2, 9);
     let faces = Faces::new(Vec3::new(-3.0, 0.0, -4.0), 1.0, size, 6, &every_cell(size));
-    for (light_rays, is_lit, n_known, expected) in [
-        (100.0, false, 16.0, 1),
-        (100.0, true, 16.0, 16),
-        (100.0, false, 15.0, 16),
-        (15.0, false, 400.0, 16),
+    let at = std::mem::offset_of!(VoxelLevels, is_settled) as u64;
+    for (light_rays, is_lit, n_known, is_settled, n_bounces, expected) in [
+        (100.0, false, 16.0, 0u32, 1, 1),
+        (100.0, true, 16.0, 0, 1, 16),
+        (100.0, false, 15.0, 0, 1, 16),
+        (15.0, false, 400.0, 0, 1, 16),
+        (100.0, true, 64.0, 0, 0, 16),
+        (100.0, true, 64.0, 1, 0, 4),
+        (100.0, true, 63.0, 1, 0, 16),
+        (100.0, true, 64.0, 1, 1, 16),
+        (100.0, false, 64.0, 1, 0, 1),
     ] {
+        gpu().queue.write_buffer(&faces.buffers.levels, at, bytemuck::bytes_of(&is_settled));
         let mut n_updates = vec![0u32; faces.n()];
         for frame in 0..16 {
             faces.set_lights(&mut random, |_, _, _| FaceLight {
@@ -806,7 +819,7 @@ fn dark_faces_are_sampled_in_turn() {
                 frame,
                 seed: 1,
                 n_points: 1,
-                n_bounces: 1,
+                n_bounces,
                 light_rays,
                 max_rays: 1e4,
                 level: LEVEL,
@@ -818,7 +831,9 @@ fn dark_faces_are_sampled_in_turn() {
                 *n += u32::from(light.n_rays != n_known);
             }
         }
-        let what = format!("lit: {is_lit}, {n_known} rays, {light_rays} of today's light");
+        let what = format!(
+            "lit: {is_lit}, {n_known} rays, {light_rays} of today's light, settled: {is_settled}, {n_bounces} bounces"
+        );
         assert!(
             n_updates.iter().all(|&n| n == expected),
             "{what}: updates in 16 frames are {n_updates:?}, expected {expected} each"

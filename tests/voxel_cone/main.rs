@@ -14,6 +14,8 @@ mod scales;
 #[allow(dead_code)]
 #[path = "../voxel_rt/session.rs"]
 mod session;
+#[path = "../voxel_rt/settling.rs"]
+mod settling;
 #[allow(dead_code)]
 #[path = "../reference/support.rs"]
 mod support;
@@ -85,4 +87,28 @@ fn indirect_light_is_as_biased_as_the_page_says() {
     bias::check("voxel-cone.md", [16, 8], &|world, camera, seed| {
         session(world, camera, settings!(VoxelConeSettings { seed, ..cells(24) }))
     });
+}
+
+mod that_settles {
+    use crate::session::Session;
+    use crate::settling::{a_warm_up_ends_when_it_may, what_is_told_arrives};
+    use crate::{cells, session};
+    use lucerna::gpu_scene::GpuScene;
+    use lucerna::scene::Camera;
+    use lucerna::settings;
+    use lucerna::techniques::voxel_cone::{VoxelCone, VoxelConeSettings};
+
+    fn start(world: &GpuScene, camera: &Camera, seed: u32) -> Session<VoxelCone> {
+        session(world, camera, settings!(VoxelConeSettings { seed, ..cells(24) }))
+    }
+
+    #[test]
+    fn light_to_come() {
+        what_is_told_arrives(&start);
+    }
+
+    #[test]
+    fn warm_up() {
+        a_warm_up_ends_when_it_may(&start);
+    }
 }

@@ -17,6 +17,7 @@ mod houses;
 mod leaks;
 mod scales;
 mod session;
+mod settling;
 mod walls;
 
 mod of_any_size {
@@ -101,4 +102,28 @@ fn indirect_light_is_as_biased_as_the_page_says() {
         let settings = settings!(VoxelRtSettings { resolution: 32, seed, ..Default::default() });
         Session::new(world, camera, settings)
     });
+}
+
+mod that_settles {
+    use crate::session::Session;
+    use crate::settling::{a_warm_up_ends_when_it_may, what_is_told_arrives};
+    use lucerna::gpu_scene::GpuScene;
+    use lucerna::scene::Camera;
+    use lucerna::settings;
+    use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
+
+    fn start(world: &GpuScene, camera: &Camera, seed: u32) -> Session<VoxelRt> {
+        let settings = settings!(VoxelRtSettings { resolution: 32, seed, ..Default::default() });
+        Session::new(world, camera, settings)
+    }
+
+    #[test]
+    fn light_to_come() {
+        what_is_told_arrives(&start);
+    }
+
+    #[test]
+    fn warm_up() {
+        a_warm_up_ends_when_it_may(&start);
+    }
 }

@@ -8,7 +8,7 @@ use crate::CommandResult;
 use crate::progress::Meter;
 use clap::Args;
 use lucerna::blocking::{
-    FramesToRender, LostGpu, Progress, read_film, read_stat, render_frames_with,
+    FrameStats, FramesToRender, LostGpu, Progress, read_film, read_stat, render_frames_with,
 };
 use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettings};
 use lucerna::frame::{DirectSettings, FramePasses, ViewSettings};
@@ -27,9 +27,12 @@ pub struct RealtimeArguments {
     /// 1e-5, or 1e-4 of the scene's diagonal if that is less]
     #[arg(long, value_name = "M", value_parser = parse_near)]
     near: Option<f32>,
-    /// Frames in which the technique gathers light before the first accumulated frame.
+    /// Frames in which the technique gathers light before the first accumulated frame, at most: see --settled.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warm_up: u32,
+    /// End the warm-up once less than this of the technique's light is still on its way; 0: never.
+    #[arg(long, value_name = "PERCENT", default_value_t = 0.5, value_parser = parse_percent)]
+    settled: f32,
     /// How to decide whether a surface sees a light (not for the reference).
     #[arg(long, value_enum, default_value_t = ShadowArgument::Rays)]
     shadows: ShadowArgument,
@@ -85,6 +88,13 @@ fn parse_radius(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(radius) if (0.0..=1e6).contains(&radius) => Ok(radius),
         _ => Err("expected metres between 0 and 1e6".into()),
+    }
+}
+
+fn parse_percent(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent),
+        _ => Err("expected a number between 0 and 100".into()),
     }
 }
 
@@ -156,6 +166,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
             },
         }),
         n_warm_up: arguments.realtime.warm_up,
+        settled_below: 0.01 * arguments.realtime.settled,
         timed: output.timings.is_some(),
         ..FramesToRender::new(size, arguments.frames)
     });
@@ -196,6 +207,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
             errln!("warning: {}: {number} {}; {advice}", stat.name, stat.unit);
         }
     }
+    report_settling(&stats, arguments.realtime.settled);
     let channel = match arguments.realtime.debug_view {
         Some(_) => ChannelArgument::Indirect,
         None => output.channel,
@@ -227,6 +239,20 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
     errln!("rendered in {:.2} s", stats.wall_time.as_secs_f64());
     outln!("{}", output.output.display())?;
     Ok(())
+}
+
+/// Says how much light was still on its way before the first accumulated frame.
+fn report_settling(stats: &FrameStats, settled: f32) {
+    let Some(percent) = stats.light_to_come.map(|share| 100.0 * share) else { return };
+    let n = stats.n_warm_up;
+    if percent < settled {
+        errln!("light settled in {n} frames: at most {percent:.2} % of it was still on its way");
+    } else if settled > 0.0 && !stats.stopped {
+        errln!(
+            "after {n} frames, up to {percent:.2} % of the light was still on its way, or is noise: --warm-up {} will tell",
+            n.saturating_mul(2)
+        );
+    }
 }
 
 /// All statistics of a technique; those with the same name (one per level) are added up.

@@ -28,6 +28,7 @@ use crate::bindings::lucerna::components::voxel_light::accumulator::{
     HEAD_CLAMPED, HEAD_CUT, HEAD_OUTSIDE, HEAD_REJECTED,
 };
 use crate::components::LightVisibility;
+use crate::components::convergence::Convergence;
 use crate::components::voxels::{
     RECORD_GROUPS_OFFSET, Triangles, VoxelError, VoxelGrid, Voxelizer, n_bricks,
 };
@@ -36,9 +37,10 @@ use crate::report::{Notice, Stat};
 use crate::seam::{Mismatch, Revisions, SceneSeam, check_shaders};
 use glam::{IVec3, UVec3, Vec3};
 use levels::{MAX_LEVELS, corner_around};
+use std::mem::offset_of;
 
 pub use crate::bindings::kernels::voxel_light::inject::RUN_SIDE;
-pub use crate::bindings::lucerna::components::voxel_light::cache::FaceLight;
+pub use crate::bindings::lucerna::components::voxel_light::cache::{FaceLight, SETTLED_PERIOD};
 pub use crate::bindings::lucerna::components::voxels::levels::{VoxelLevel, VoxelLevels};
 pub use crate::bindings::lucerna::fields::voxel_accumulators::VoxelSample;
 pub use cache::CacheBuffers;
@@ -115,6 +117,9 @@ const RAYS_WHILE_MOVING: u32 = 8;
 /// to arrive.
 const FRAMES_WITHOUT_HISTORY: u32 = 4;
 
+/// Where in [`CacheBuffers::levels`] it says whether the light has settled.
+const IS_SETTLED_AT: u64 = offset_of!(VoxelLevels, is_settled) as u64;
+
 /// Voxels of a scene and the light that their faces receive.
 #[derive(Debug)]
 pub struct VoxelLight {
@@ -135,6 +140,7 @@ pub struct VoxelLight {
     frames_since_change: u32,
     frames_since_motion: u32,
     n_frames: u32,
+    convergence: Convergence,
     /// Which levels the last update gave a new structure.
     new_levels: [bool; MAX_LEVELS as usize],
     reach: VoxelReach,
@@ -177,9 +183,9 @@ impl VoxelLight {
         let mut layout = VoxelLevels {
             levels: [NO_LEVEL; MAX_LEVELS as usize],
             n_levels: grids.len() as u32,
+            is_settled: 0,
             reserved_a: 0,
             reserved_b: 0,
-            reserved_c: 0,
         };
         let (mut n_words, mut n_records) = (0, 0);
         let mut levels = Vec::new();
@@ -199,6 +205,9 @@ impl VoxelLight {
         }
         let voxelizers = levels.iter().map(|level| &level.voxelizer);
         let deposit = DepositPass::new(gpu, scene, settings.direct, voxelizers)?;
+        let records = layout.levels.iter().take(levels.len());
+        let convergence =
+            Convergence::new(gpu, records.map(|level| level.grid.capacity * n_faces))?;
         Ok(Self {
             settings,
             shaders: scene.shaders().clone(),
@@ -214,6 +223,7 @@ impl VoxelLight {
             frames_since_change: 0,
             frames_since_motion: 0,
             n_frames: 0,
+            convergence,
             new_levels: [false; MAX_LEVELS as usize],
             reach,
         })
@@ -374,6 +384,10 @@ impl VoxelLight {
         self.new_levels = std::array::from_fn(|ix| {
             ix < self.levels.len() && (pending.is_some() || shifts[ix] != IVec3::ZERO)
         });
+        if self.frames_since_change == 0 || self.has_new_structure() {
+            self.convergence.restart(recorder);
+            self.convergence.copy_is_settled(recorder, &self.buffers.levels, IS_SETTLED_AT);
+        }
         if self.has_new_structure() {
             if let Err(error) = self.voxelize(recorder, scene, pending, &shifts) {
                 self.seen = None;
@@ -412,6 +426,19 @@ impl VoxelLight {
         self.frames_since_change = self.frames_since_change.saturating_add(1);
         self.frames_since_motion = self.frames_since_motion.saturating_add(1);
         Ok(())
+    }
+
+    /// Compares the light that pictures see, once a frame, with what it was. `light`: [`CacheBuffers::shown`] or
+    /// [`CacheBuffers::reflected`].
+    pub fn compare(&mut self, recorder: &mut Recorder, light: fn(&CacheBuffers) -> &wgpu::Buffer) {
+        let Self { convergence, buffers, .. } = self;
+        convergence.record(recorder, light(buffers), &buffers.counts);
+        convergence.copy_is_settled(recorder, &buffers.levels, IS_SETTLED_AT);
+    }
+
+    /// How much of that light is still on its way ([`Convergence::to_come`]).
+    pub fn to_come(&self) -> Stat {
+        self.convergence.to_come()
     }
 
     /// Which triangles to voxelize, given what has changed since the last update.
@@ -458,13 +485,15 @@ impl VoxelLight {
 
     /// Records what bounces and pictures look up.
     fn publish(&self, recorder: &mut Recorder, light_rays: f32) {
+        // Reflected light is new in each frame; with a limit, bounces begin with direct light alone in each frame.
+        let is_kept = !self.settings.finds_reflected && self.settings.bounces == Bounces::Unlimited;
         let pass = &mut recorder.compute("voxel_light/publish");
         for level in 0..self.layout.n_levels {
             let info = PublishInfo {
                 level,
                 feedback: u32::from(self.settings.bounces == Bounces::Unlimited),
                 light_rays,
-                reserved: 0,
+                frame: if is_kept { self.n_frames } else { 0 },
             };
             self.publish.record(pass, &self.buffers, &info, self.buffers.records(level));
         }

@@ -24,7 +24,7 @@ impl BouncePass {
         Self(ComputeKernel::new(gpu, &Shaders::new(variant), None, name))
     }
 
-    /// Records this frame's share of the faces: one in `period`.
+    /// Records this frame's share of the faces: one in `period`, or in `settled_period` once the light has settled.
     pub fn record(
         &self,
         recorder: &mut Recorder,
@@ -32,6 +32,7 @@ impl BouncePass {
         seen: &Seen,
         settings: &VoxelConeSettings,
         period: u32,
+        settled_period: u32,
     ) {
         let buffers = light.buffers();
         let pass = &mut recorder.compute(self.0.name());
@@ -42,6 +43,10 @@ impl BouncePass {
                 level,
                 frame: light.n_frames(),
                 period,
+                settled_period,
+                reserved_a: 0,
+                reserved_b: 0,
+                reserved_c: 0,
             };
             let mut call = self.0.call(pass).uniform("info", &info).with(buffers.of_level(level));
             if let Seen::Prefiltered(of) = seen {

@@ -27,8 +27,8 @@ mod shade;
 use super::{Notice, Setting, SettingValue, Settings, Stat, Technique, TechniqueError};
 use crate::components::LightVisibility;
 use crate::components::voxel_light::{
-    Bounces, CacheBuffers, Eye, PublishInfo, PublishPass, VoxelLight, VoxelLightSettings,
-    VoxelReach,
+    Bounces, CacheBuffers, Eye, PublishInfo, PublishPass, SETTLED_PERIOD, VoxelLight,
+    VoxelLightSettings, VoxelReach,
 };
 use crate::components::voxel_surfels::Surfels;
 use crate::components::voxels::VoxelGrid;
@@ -210,8 +210,9 @@ impl VoxelCone {
         }
     }
 
-    fn reflect(&self, recorder: &mut Recorder, period: u32) {
-        self.bounce.record(recorder, &self.light, &self.seen, &self.settings, period);
+    fn reflect(&self, recorder: &mut Recorder, period: u32, settled_period: u32) {
+        let Self { light, seen, settings, .. } = self;
+        self.bounce.record(recorder, light, seen, settings, period, settled_period);
     }
 
     /// Adds the light reflected so far to what faces reflect.
@@ -219,7 +220,7 @@ impl VoxelCone {
         let pass = &mut recorder.compute("voxel_light/publish");
         let buffers = self.light.buffers();
         for level in 0..self.light.n_levels() as u32 {
-            let info = PublishInfo { level, feedback: 1, light_rays: 1.0, reserved: 0 };
+            let info = PublishInfo { level, feedback: 1, light_rays: 1.0, frame: 0 };
             self.publish.record(pass, buffers, &info, buffers.records(level));
         }
     }
@@ -245,15 +246,19 @@ impl Technique for VoxelCone {
         }
         self.build(recorder);
         match self.settings.bounces {
-            Bounces::Unlimited => self.reflect(recorder, self.settings.bounce_period),
+            Bounces::Unlimited => {
+                let period = self.settings.bounce_period;
+                self.reflect(recorder, period, period.saturating_mul(SETTLED_PERIOD));
+            }
             Bounces::UpTo(n) => {
                 for _ in 1..n {
-                    self.reflect(recorder, 1);
+                    self.reflect(recorder, 1, 1);
                     self.publish(recorder);
                     self.build(recorder);
                 }
             }
         }
+        self.light.compare(recorder, |buffers| &buffers.reflected);
         Ok(())
     }
 
@@ -291,6 +296,10 @@ impl Technique for VoxelCone {
             Seen::Prefiltered(of) => Stat::known("prefiltered voxels", "bytes", of.pyramid.bytes()),
         });
         stats
+    }
+
+    fn light_to_come(&self) -> Option<Stat> {
+        Some(self.light.to_come())
     }
 
     fn notices(&self) -> Vec<Notice> {

@@ -103,7 +103,9 @@ impl Technique for VoxelRt {
         scene: &dyn SceneSeam,
         eye: &Eye,
     ) -> Result<(), TechniqueError> {
-        Ok(self.light.update(recorder, scene, eye)?)
+        self.light.update(recorder, scene, eye)?;
+        self.light.compare(recorder, |buffers| &buffers.shown);
+        Ok(())
     }
 
     fn shades(&self) -> bool {
@@ -147,6 +149,10 @@ impl Technique for VoxelRt {
 
     fn stats(&self) -> Vec<Stat> {
         self.light.stats()
+    }
+
+    fn light_to_come(&self) -> Option<Stat> {
+        Some(self.light.to_come())
     }
 
     fn notices(&self) -> Vec<Notice> {

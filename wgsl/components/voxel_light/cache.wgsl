@@ -48,6 +48,9 @@ const DEPOSITS_MASK: u32 = DEPOSITS_MAX << DEPOSITS_SHIFT;
 /// hits from before the light was in balance fade, and 3/4 of the samples' value is kept.
 const RECENCY: f32 = 2.0;
 
+/// Once the light has settled (`components::voxels::levels`), faces that sample only direct light do it in one of this many frames.
+const SETTLED_PERIOD: u32 = 4u;
+
 /// The samples that one frame adds to a record, as sums over its hits.
 struct FaceSamples {
     direct: vec3<f32>,

@@ -29,9 +29,10 @@ struct VoxelLevel {
 struct VoxelLevels {
     levels: array<VoxelLevel, MAX_LEVELS>,
     n_levels: u32,
+    /// 1: nearly all light has arrived (`kernels::convergence::compare`), so that fewer samples keep it.
+    is_settled: u32,
     reserved_a: u32,
     reserved_b: u32,
-    reserved_c: u32,
 }
 
 /// Weight of a level at a point in its grid's units: 1 inside, falling to 0 half a cell within its border (beyond which

@@ -29,8 +29,12 @@ struct BounceInfo {
     /// Index of the level.
     level: u32,
     frame: u32,
-    /// At least 1.
+    /// Frames in which each face is updated once, at least 1: before and after the light has settled.
     period: u32,
+    settled_period: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
 }
 
 @group(1) @binding(0) var<uniform> info: BounceInfo;
@@ -49,7 +53,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let first = first_record_of_face(level, counts.x, record);
     let packed_cell = packed_cell_of_slot(level, first / level.grid.n_faces);
     let hash = pcg(packed_cell ^ pcg(first % level.grid.n_faces + 8u * info.level));
-    if (info.frame + hash) % info.period != 0u {
+    let period = select(info.period, info.settled_period, levels.is_settled != 0u);
+    if (info.frame + hash) % period != 0u {
         return;
     }
     let at = level.first_record + record;
@@ -67,7 +72,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         normal,
         info.n_cones,
         hash ^ pcg(record - first),
-        info.frame / info.period,
+        info.frame / period,
         info.cones,
         FLOAT_MAX,
         0.0,

@@ -13,7 +13,7 @@
 #import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::grid::{face_axis, unpack_cell}
 #import lucerna::components::voxels::levels::VoxelLevels
-#import lucerna::components::voxel_light::cache::{FaceFaults, FaceLight, coverage, current_hits, has_cut, has_rejected}
+#import lucerna::components::voxel_light::cache::{FaceFaults, FaceLight, SETTLED_PERIOD, coverage, current_hits, has_cut, has_rejected}
 #import lucerna::components::voxel_light::neighbours::{n_neighbours, neighbour_offset, sharing_of_hits, tent}
 #import lucerna::components::voxel_light::sides::{FaceSide, is_reached, unpack_place}
 
@@ -28,7 +28,8 @@ struct PublishInfo {
     feedback: u32,
     /// See `cache::current_hits`.
     light_rays: f32,
-    reserved: u32,
+    /// Once the light has settled, nothing is published in frames that are no multiple of SETTLED_PERIOD. 0: always.
+    frame: u32,
 }
 
 @group(1) @binding(0) var<uniform> levels: VoxelLevels;
@@ -48,7 +49,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let record = group_of_dispatch(group) * WORKGROUP + local;
     let level = levels.levels[info.level];
     let n_faces = level.grid.n_faces;
-    if record >= counts.z {
+    if record >= counts.z || (levels.is_settled != 0u && info.frame % SETTLED_PERIOD != 0u) {
         return;
     }
     let own = lights[level.first_record + record];
