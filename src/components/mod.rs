@@ -8,10 +8,12 @@
 //! | [`voxel_light`] | irradiance of the voxels' faces, in nested grids around the eye |
 //! | [`voxel_surfels`] | where in their cells the surfaces are that faces see, for rays from one to the next |
 //! | [`voxel_pyramid`] | light and opacity of ever coarser voxels, for cones |
+//! | [`probes`] | light that arrives at the corners of cells with surfaces, and how far one sees from there |
 //! | [`shadow_maps`] | what lights see |
 //! | [`convergence`] | how much light that is gathered over frames still changes |
 
 pub mod convergence;
+pub mod probes;
 pub mod shadow_maps;
 pub mod voxel_light;
 pub mod voxel_pyramid;

@@ -6,7 +6,9 @@
 //! | [`reference`](mod@reference) | unidirectional path tracer, the ground truth |
 //! | [`voxel_rt`] | rays from voxels, looked up by pixels |
 //! | [`voxel_cone`] | cones through prefiltered voxels |
+//! | [`probe_volume`] | light probes in a sparse grid |
 
+pub mod probe_volume;
 pub mod reference;
 pub mod voxel_cone;
 pub mod voxel_rt;
@@ -17,6 +19,7 @@ use crate::frame::Pixels;
 use crate::gpu::{Gpu, Recorder};
 use crate::seam::SceneSeam;
 use glam::Vec3;
+use probe_volume::{ProbeVolume, ProbeVolumeSettings};
 use voxel_cone::{VoxelCone, VoxelConeSettings};
 use voxel_rt::{VoxelRt, VoxelRtSettings};
 
@@ -82,6 +85,13 @@ pub const TECHNIQUES: &[TechniqueEntry] = &[
                 visibility,
                 eye,
             )?))
+        },
+    ),
+    TechniqueEntry::new::<ProbeVolumeSettings>(
+        "probe-volume",
+        "Light probes in a sparse grid",
+        |gpu, scene, settings, _, _| {
+            Ok(Box::new(ProbeVolume::new(gpu, scene, Settings::from_texts(settings)?)?))
         },
     ),
 ];

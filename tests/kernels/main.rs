@@ -11,7 +11,9 @@ mod light;
 mod math;
 mod next_event;
 mod picture;
+
 mod pixels;
+mod probes;
 mod rays;
 mod sampling;
 mod scan;

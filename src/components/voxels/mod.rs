@@ -7,6 +7,7 @@
 
 mod attributes;
 mod grid;
+mod occupancy;
 mod raster;
 mod scan;
 mod voxelize;
@@ -19,6 +20,7 @@ pub use grid::{
     BRICK, MAX_BINDING, MAX_SIZE, RECORD_BYTES, Resolution, VoxelError, VoxelGrid, capacity_limit,
     grid_for_bounds, n_bricks,
 };
+pub use occupancy::Occupancy;
 pub use raster::{RasterMethod, RasterVoxelizer};
 pub use scan::{Scan, ScanPlan};
 pub use voxelize::{

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Occupancy: the kernels `voxels/count_work`, `work_groups`, `mark`, `count_bricks` and
-//! `write_structure`.
+//! Which cells surfaces meet: the kernels `voxels/count_work`, `work_groups` and `mark`.
 
 use super::ADVICE;
 use super::grid::{VoxelError, VoxelGrid, n_bricks};
+use super::occupancy::Occupancy;
 use super::scan::{Scan, ScanPlan};
 use crate::bindings::kernels::voxels::count_work;
 use crate::gpu::{
@@ -120,23 +120,17 @@ impl Work {
 ///
 /// | buffer | bytes |
 /// |---|---|
-/// | [`structure`](Self::structure) | 8 · (n_bricks + capacity) |
-/// | [`counts`](Self::counts) | 48 |
-/// | bits of static and moving triangles, slots before each brick | 3 × 4 · n_bricks |
+/// | occupied voxels | [`Occupancy`] |
+/// | bits of static and moving triangles | 2 × 4 · n_bricks |
 /// | pieces of work before each triangle | 4 · n_triangles |
 #[derive(Debug)]
 pub struct Voxelizer {
     grid: VoxelGrid,
     pub(super) work: Work,
     mark: ComputeKernel,
-    count_bricks: ComputeKernel,
-    write_structure: ComputeKernel,
-    plan: ScanPlan,
     bits_static: wgpu::Buffer,
     bits_moving: wgpu::Buffer,
-    before: wgpu::Buffer,
-    structure: wgpu::Buffer,
-    counts: wgpu::Buffer,
+    occupancy: Occupancy,
 }
 
 impl Voxelizer {
@@ -145,28 +139,15 @@ impl Voxelizer {
     /// # Errors
     /// A buffer is larger than the device can bind ([`VoxelError::Gpu`]).
     pub fn new(gpu: &Gpu, scene: &dyn SceneSeam, grid: VoxelGrid) -> Result<Self, VoxelError> {
-        let none = wgpu::BufferUsages::empty();
-        let work = Work::new(gpu, scene)?;
         let n = u64::from(n_bricks(&grid));
         let bits = |what| storage_buffer(gpu, what, n * 4, wgpu::BufferUsages::COPY_DST, ADVICE);
-        let before = storage_buffer(gpu, "voxels before each brick", (n + 1) * 4, none, ADVICE)?;
-        let structure_bytes = 8 * (n + u64::from(grid.capacity));
-        let count_bytes = size_of::<VoxelCounts>() as u64;
-        let indirect = wgpu::BufferUsages::INDIRECT;
-        let plan = work.scan.plan(gpu, &before, n_bricks(&grid) + 1)?;
-        let kernel = |name| ComputeKernel::new(gpu, scene.shaders(), Some(scene.group()), name);
         Ok(Self {
             grid,
-            mark: kernel("voxels/mark"),
-            count_bricks: kernel("voxels/count_bricks"),
-            write_structure: kernel("voxels/write_structure"),
-            work,
-            plan,
+            work: Work::new(gpu, scene)?,
+            mark: ComputeKernel::new(gpu, scene.shaders(), Some(scene.group()), "voxels/mark"),
             bits_static: bits("bits of static triangles")?,
             bits_moving: bits("bits of moving triangles")?,
-            before,
-            structure: storage_buffer(gpu, "voxel structure", structure_bytes, none, ADVICE)?,
-            counts: storage_buffer(gpu, "voxel counts", count_bytes, indirect, ADVICE)?,
+            occupancy: Occupancy::new(gpu, &grid)?,
         })
     }
 
@@ -191,24 +172,7 @@ impl Voxelizer {
         self.work.record(pass, scene, &self.grid, triangles);
         let mark = self.mark.call(pass).uniform("grid", &self.grid).bind("bits", bits);
         self.work.dispatch(mark, scene);
-        let n = Dispatch::Items(n_bricks(&self.grid) + 1);
-        self.count_bricks
-            .call(pass)
-            .uniform("grid", &self.grid)
-            .bind("bits_static", bits_static)
-            .bind("bits_moving", bits_moving)
-            .bind("n_voxels", &self.before)
-            .dispatch(n);
-        self.work.scan.record(pass, &self.plan);
-        self.write_structure
-            .call(pass)
-            .uniform("grid", &self.grid)
-            .bind("bits_static", bits_static)
-            .bind("bits_moving", bits_moving)
-            .bind("n_before", &self.before)
-            .bind("structure", &self.structure)
-            .bind("counts", &self.counts)
-            .dispatch(n);
+        self.occupancy.record(pass, &self.grid, bits_static, bits_moving);
         Ok(())
     }
 
@@ -222,16 +186,14 @@ impl Voxelizer {
         &self.grid
     }
 
-    /// `array<vec2<u32>>`: for each brick its occupied bits and first slot, then `capacity` entries
-    /// (packed cell, 0), of which the first `n_voxels` are valid. See `wgsl/components/voxels/bricks.wgsl`.
+    /// See [`Occupancy::structure`].
     pub fn structure(&self) -> &wgpu::Buffer {
-        &self.structure
+        self.occupancy.structure()
     }
 
-    /// One [`VoxelCounts`], also for indirect dispatches: see [`VOXEL_GROUPS_OFFSET`] and
-    /// [`RECORD_GROUPS_OFFSET`].
+    /// See [`Occupancy::counts`].
     pub fn counts(&self) -> &wgpu::Buffer {
-        &self.counts
+        self.occupancy.counts()
     }
 }
 

@@ -5,10 +5,8 @@
 //! pixel, independent of what was traced into the voxels.
 
 #import lucerna::scene::pixel::{pixel_surface, view}
-#import lucerna::bsdf::directional_albedo::directional_albedo
-#import lucerna::bsdf::metallic_roughness::metallic_roughness
 #import lucerna::fields::voxel_light::{cell_at, irradiance_at}
-#import lucerna::math::constants::INV_PI
+#import lucerna::frame::reflect::reflected_irradiance
 #import lucerna::sampling::pcg::pcg3d
 
 const WORKGROUP: u32 = 8u;
@@ -42,13 +40,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if surface.is_surface && info.shown >= SHOWN_CELLS {
         radiance = color_of_cell(cell_at(surface.position, surface.geometric_normal), info.shown);
     } else if surface.is_surface {
-        var albedo = surface.albedo;
-        if !surface.lambert {
-            let material = metallic_roughness(surface.albedo, surface.metallic, surface.roughness);
-            albedo = directional_albedo(material, dot(surface.to_viewer, surface.shading_normal));
-        }
         let irradiance = irradiance_at(surface.position, surface.shading_normal, info.lookup);
-        radiance = select(albedo * INV_PI * irradiance, irradiance, info.shown == SHOWN_IRRADIANCE);
+        radiance = select(reflected_irradiance(surface, irradiance), irradiance, info.shown == SHOWN_IRRADIANCE);
     }
     textureStore(indirect, id.xy, vec4<f32>(radiance, 1.0));
 }

@@ -1,0 +1,432 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Probes: their maps, their weights, where they are, how far they see and what light they find, against f64.
+
+use crate::harness::{Random, assert_each, gpu, map, read, submit};
+use glam::{DVec2, DVec3, IVec3, UVec3, Vec3};
+use lucerna::components::probes::{COEFFICIENTS, MAP_SIDE, ProbeSettings, ProbeVisibility, Probes};
+use lucerna::components::voxels::{
+    Resolution, Triangles, VoxelCounts, Voxelizer, grid_for_bounds, n_bricks,
+};
+use lucerna::gpu_scene::{GpuScene, GpuSceneOptions};
+use lucerna::scene::{Instance, Light, Material, Mesh, Scene, Sky};
+use lucerna::seam::SceneSeam;
+use lucerna::settings;
+use std::collections::HashSet;
+use std::f64::consts::PI;
+
+/// The octahedral mapping of a point of [−1, 1]², in f64.
+fn direction_of(point: DVec2) -> DVec3 {
+    let z = 1.0 - point.x.abs() - point.y.abs();
+    let fold = (-z).max(0.0);
+    let sign = |x: f64| if x >= 0.0 { 1.0 } else { -1.0 };
+    DVec3::new(point.x - fold * sign(point.x), point.y - fold * sign(point.y), z).normalize()
+}
+
+/// The direction of a point of a texel; (0.5, 0.5): its middle.
+fn direction_of_texel(texel: u32, inside: DVec2) -> DVec3 {
+    let corner = DVec2::new((texel % MAP_SIDE).into(), (texel / MAP_SIDE).into());
+    direction_of((corner + inside) / f64::from(MAP_SIDE) * 2.0 - 1.0)
+}
+
+/// The four texels around a direction lie around it, over all folds: none is farther than 0.95 (0.88 is the most inside the map, by a
+/// search in f64; a wrong fold is off by more than 1), and their weighted mean is within 0.2 of it. In the middle of a texel, it is
+/// the only one.
+#[test]
+fn taps_surround_their_direction() {
+    let mut random = Random(5);
+    let mut inputs: Vec<Vec3> = (0..4000).map(|_| random.direction()).collect();
+    // Near the folds, which are where a component is 0 below, and at the corners of the square.
+    for ix in 0..1000 {
+        let mut near = random.direction();
+        near[ix % 2] *= 1e-3;
+        near.z = -near.z.abs();
+        inputs.push(near.normalize());
+    }
+    inputs.extend([Vec3::NEG_Z, Vec3::new(1e-4, 1e-4, -1.0), Vec3::new(-1e-4, 1e-4, -1.0)]);
+    let n_random = inputs.len();
+    inputs.extend(
+        (0..MAP_SIDE * MAP_SIDE).map(|t| direction_of_texel(t, DVec2::splat(0.5)).as_vec3()),
+    );
+    let inputs: Vec<[f32; 4]> = inputs.iter().map(|d| d.extend(0.0).to_array()).collect();
+    let found: Vec<[f32; 8]> = map(
+        "#import lucerna::components::probes::octahedral_map::map_taps
+         alias Input = vec4<f32>;
+         struct Output { texels: vec4<f32>, weights: vec4<f32> }
+         fn map(x: Input) -> Output {
+             let taps = map_taps(x.xyz);
+             return Output(vec4<f32>(taps.texels), taps.weights);
+         }",
+        &inputs,
+    );
+    for (ix, (input, taps)) in inputs.iter().zip(&found).enumerate() {
+        let direction = Vec3::from_slice(input).as_dvec3().normalize();
+        let (texels, weights) = taps.split_at(4);
+        assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-6, "{direction}: {weights:?}");
+        let mut mean = DVec3::ZERO;
+        for (texel, weight) in texels.iter().zip(weights) {
+            let middle = direction_of_texel(*texel as u32, DVec2::splat(0.5));
+            let apart = middle.distance(direction);
+            assert!(apart < 0.95, "{direction}: texel {texel} is {apart} away, of {texels:?}");
+            mean += f64::from(*weight) * middle;
+        }
+        let apart = mean.normalize().distance(direction);
+        assert!(apart < 0.2, "{direction}: the taps' mean is {mean}, {apart} away");
+        if ix >= n_random {
+            let own = texels.iter().position(|texel| *texel as usize == ix - n_random).unwrap();
+            assert!(weights[own] > 0.9999, "middle of {}: {taps:?}", ix - n_random);
+        }
+    }
+}
+
+/// The folded map is continuous: a step over an edge leads to a texel that touches it.
+#[test]
+fn texels_beyond_an_edge_touch_it() {
+    let side = MAP_SIDE as i32;
+    let inputs: Vec<[i32; 2]> =
+        (-1..=side).flat_map(|y| (-1..=side).map(move |x| [x, y])).collect();
+    let found: Vec<u32> = map(
+        "#import lucerna::components::probes::octahedral_map::folded_texel
+         alias Input = vec2<i32>;
+         alias Output = u32;
+         fn map(x: Input) -> Output { return folded_texel(x); }",
+        &inputs,
+    );
+    for ([x, y], texel) in inputs.into_iter().zip(found) {
+        let inside = [x.clamp(0, side - 1), y.clamp(0, side - 1)];
+        if [x, y] == inside {
+            assert_eq!(texel as i32, y * side + x, "inside");
+            continue;
+        }
+        // The point of the edge (or corner) that was stepped over, seen from both texels.
+        let over = |at: i32| match at {
+            -1 => -1.0,
+            at if at == side => 1.0,
+            at => (f64::from(at) + 0.5) / f64::from(side) * 2.0 - 1.0,
+        };
+        let edge = direction_of(DVec2::new(over(x), over(y)));
+        let corners = [0.0, 0.5, 1.0].map(|u| [0.0, 0.5, 1.0].map(|v| DVec2::new(u, v)));
+        let nearest = corners
+            .iter()
+            .flatten()
+            .map(|at| direction_of_texel(texel, *at).distance(edge))
+            .fold(f64::MAX, f64::min);
+        assert!(nearest < 1e-9, "({x}, {y}) folds to texel {texel}, {nearest} from the edge");
+    }
+}
+
+/// Chebyshev's bound, the wrapped cosine and the stretched shares, by their formulas in f64.
+#[test]
+fn weights_are_those_of_their_formulas() {
+    let mut random = Random(6);
+    let inputs: Vec<[f32; 8]> = (0..2000)
+        .map(|ix| {
+            let mean = 2.0 * random.unit();
+            let variance = if ix % 3 == 0 { 0.0 } else { 0.3 * random.unit() };
+            let normal = random.direction();
+            let to_probe = random.direction();
+            [
+                2.5 * random.unit(),
+                mean,
+                mean * mean + variance,
+                random.unit(),
+                0.05 + 0.5 * random.unit(),
+                normal.dot(to_probe).clamp(-1.0, 1.0),
+                1e-3,
+                0.0,
+            ]
+        })
+        .collect();
+    let found: Vec<[f32; 4]> = map(
+        "#import lucerna::components::probes::visibility::{seen_share, without_bleeding, wrapped_weight}
+         struct Input { a: vec4<f32>, b: vec4<f32> }
+         alias Output = vec4<f32>;
+         fn map(x: Input) -> Output {
+             let c = x.b.y;
+             let tilted = vec3<f32>(sqrt(max(1.0 - c * c, 0.0)), 0.0, c);
+             return vec4<f32>(
+                 seen_share(x.a.x, x.a.yz, x.b.z),
+                 without_bleeding(x.a.w, x.b.x),
+                 wrapped_weight(vec3<f32>(0.0, 0.0, 1.0), tilted),
+                 0.0,
+             );
+         }",
+        &inputs,
+    );
+    let close = |what: &str, found: f32, expected: f64| {
+        // (Mean and square are rounded to 2⁻²⁴ of 4; their difference may be as small as the least variance of 1e-3.)
+        let limit = 1e-5 + 1e-3 * expected;
+        assert!((f64::from(found) - expected).abs() < limit, "{what}: {found}, not {expected}");
+    };
+    for (input, found) in inputs.iter().zip(found) {
+        let [distance, mean, square, weight, least, cosine, least_variance, _] =
+            input.map(f64::from);
+        let variance = (square - mean * mean).max(least_variance);
+        let beyond = distance - mean;
+        let seen = if beyond <= 0.0 { 1.0 } else { variance / (variance + beyond * beyond) };
+        close("seen", found[0], seen);
+        let stretched = if weight < least { 0.0 } else { (weight - least) / (1.0 - least) };
+        close("without bleeding", found[1], stretched);
+        close("wrapped", found[2], ((cosine + 1.0) / 2.0).powi(2) + 0.2);
+    }
+}
+
+fn upload(scene: &Scene) -> GpuScene {
+    let options = settings!(GpuSceneOptions { diffuse_only: true });
+    GpuScene::new(gpu(), scene, options).unwrap()
+}
+
+fn world(meshes: Vec<Mesh>, materials: Vec<Material>) -> Scene {
+    let instances = (0..meshes.len())
+        .map(|mesh| Instance { mesh, world_from_object: glam::Affine3A::IDENTITY });
+    Scene { instances: instances.collect(), meshes, materials, ..Scene::default() }
+}
+
+fn mesh(positions: Vec<Vec3>, indices: Vec<[u32; 3]>) -> Mesh {
+    Mesh { positions, triangles: indices, ..Mesh::default() }
+}
+
+/// A box from `min` to `max`, whose faces look inwards.
+fn room(min: Vec3, max: Vec3) -> Mesh {
+    let corner = |ix: u32| {
+        let bit = |k: u32| (ix >> k & 1) as f32;
+        min + (max - min) * Vec3::new(bit(0), bit(1), bit(2))
+    };
+    let quads =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    // (Turned so that their normals look at the middle.)
+    let triangles = quads.iter().flat_map(|[a, b, c, d]| {
+        let middle = 0.5 * (corner(*a) + corner(*c));
+        let normal = (corner(*b) - corner(*a)).cross(corner(*c) - corner(*a));
+        let inwards = normal.dot(0.5 * (min + max) - middle) > 0.0;
+        let (b, d) = if inwards { (*b, *d) } else { (*d, *b) };
+        [[*a, b, *c], [*a, *c, d]]
+    });
+    mesh((0..8).map(corner).collect(), triangles.collect())
+}
+
+fn lambert(albedo: f32) -> Material {
+    Material {
+        base_color: Vec3::splat(albedo).extend(1.0),
+        roughness: 1.0,
+        metallic: 0.0,
+        ..Default::default()
+    }
+}
+
+/// The corners that have probes, in the order of their slots.
+fn corners_of(probes: &Probes) -> Vec<UVec3> {
+    let counts: VoxelCounts = bytemuck::pod_read_unaligned(&read(probes.occupancy().counts()));
+    let words: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read(probes.occupancy().structure()));
+    let first = n_bricks(probes.lattice()) as usize;
+    words[first..first + counts.n_voxels as usize]
+        .iter()
+        .map(|[packed, _]| UVec3::new(packed & 1023, packed >> 10 & 1023, packed >> 20))
+        .collect()
+}
+
+fn position(probes: &Probes, corner: UVec3) -> DVec3 {
+    let lattice = probes.lattice();
+    lattice.origin.as_dvec3() + corner.as_dvec3() * f64::from(lattice.cell)
+}
+
+/// Probes are at the corners of the cells that surfaces meet (as a voxelizer of its own finds them), each once, and nowhere else.
+#[test]
+fn probes_are_at_the_corners_of_cells_with_surfaces() {
+    let mut random = Random(7);
+    for (n_triangles, cells) in [(1, 2), (1, 9), (40, 17), (200, 32)] {
+        let positions: Vec<Vec3> =
+            (0..3 * n_triangles).map(|_| 3.0 * random.direction() * random.unit()).collect();
+        let indices = (0..n_triangles).map(|ix| [3 * ix, 3 * ix + 1, 3 * ix + 2]).collect();
+        let scene = upload(&world(vec![mesh(positions, indices)], vec![lambert(0.5)]));
+        let chosen = settings!(ProbeSettings { cells, n_paths: 1 });
+        let mut probes = Probes::new(gpu(), &scene, chosen).unwrap();
+        submit(|recorder| probes.update(recorder, &scene)).unwrap();
+        let facts = scene.facts();
+        let grid = grid_for_bounds(
+            facts.bounds_min,
+            facts.bounds_max,
+            Resolution::Longest(cells),
+            1,
+            None,
+        )
+        .unwrap();
+        let voxelizer = Voxelizer::new(gpu(), &scene, grid).unwrap();
+        submit(|recorder| voxelizer.record(recorder, &scene, Triangles::All)).unwrap();
+        let counts: VoxelCounts = bytemuck::pod_read_unaligned(&read(voxelizer.counts()));
+        let words: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read(voxelizer.structure()));
+        let first = n_bricks(&grid) as usize;
+        let mut expected = HashSet::new();
+        for [packed, _] in &words[first..first + counts.n_voxels as usize] {
+            let cell = IVec3::new(
+                (packed & 1023) as i32,
+                (packed >> 10 & 1023) as i32,
+                (packed >> 20) as i32,
+            );
+            for ix in 0..8 {
+                expected.insert((cell + IVec3::new(ix & 1, ix >> 1 & 1, ix >> 2)).as_uvec3());
+            }
+        }
+        let found = corners_of(&probes);
+        let unique: HashSet<UVec3> = found.iter().copied().collect();
+        assert_eq!(found.len(), unique.len(), "probes at the same corner");
+        assert_eq!(unique, expected, "{n_triangles} triangles, {cells} cells: corners with probes");
+        let counts: VoxelCounts = bytemuck::pod_read_unaligned(&read(probes.occupancy().counts()));
+        assert_eq!(counts.n_overflow, 0, "probes without room");
+    }
+}
+
+/// A half in 16 bits as f64.
+fn half(bits: u32) -> f64 {
+    half::f16::from_bits(bits as u16).to_f64()
+}
+
+/// In a room, the map of a probe inside holds the mean distance to the walls and the mean of its square over 4 × 4 directions of each
+/// texel, by f64, up to 2.5 cells. Tolerance: halfs (2⁻¹¹) and the rays' own, 1e-4 cells. Probes inside count, those
+/// behind a wall see its back and hardly do, unless it has two sides. (Behind an edge, a probe sees little of two walls.)
+#[test]
+fn maps_hold_the_distances_to_the_walls() {
+    let (min, max) = (DVec3::new(-1.3, 0.2, -0.7), DVec3::new(1.1, 1.9, 1.6));
+    for double_sided in [false, true] {
+        let material = Material { double_sided, ..lambert(0.5) };
+        let scene = upload(&world(vec![room(min.as_vec3(), max.as_vec3())], vec![material]));
+        let chosen = settings!(ProbeSettings { cells: 9, n_paths: 1 });
+        let mut probes = Probes::new(gpu(), &scene, chosen).unwrap();
+        submit(|recorder| probes.update(recorder, &scene)).unwrap();
+        let cell = f64::from(probes.lattice().cell);
+        let texels: Vec<u32> = bytemuck::pod_collect_to_vec(&read(probes.distances()));
+        let light: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(probes.light()));
+        let mut n_inside = 0;
+        for (probe, corner) in corners_of(&probes).into_iter().enumerate() {
+            let at = position(&probes, corner);
+            let is_inside = at.cmpgt(min).all() && at.cmplt(max).all();
+            let counts = light[probe * COEFFICIENTS as usize][3];
+            let n_beyond = (0..3).filter(|&k| at[k] < min[k] || at[k] > max[k]).count();
+            if n_beyond < 2 || double_sided {
+                let expected = if is_inside || double_sided { 1.0 } else { 1e-3 };
+                assert_eq!(counts, expected, "probe at {at}, double-sided {double_sided}: weight");
+            }
+            if !is_inside {
+                continue;
+            }
+            n_inside += 1;
+            for texel in 0..MAP_SIDE * MAP_SIDE {
+                let mut mean = DVec2::ZERO;
+                for ix in 0..16 {
+                    let inside = (DVec2::new((ix % 4).into(), (ix / 4).into()) + 0.5) / 4.0;
+                    let d = direction_of_texel(texel, inside);
+                    let away = (0..3).map(|k| {
+                        let wall = if d[k] > 0.0 { max[k] } else { min[k] };
+                        if d[k] == 0.0 { f64::MAX } else { (wall - at[k]) / d[k] }
+                    });
+                    let distance = (away.fold(f64::MAX, f64::min) / cell).min(2.5);
+                    mean += DVec2::new(distance, distance * distance) / 16.0;
+                }
+                let word = texels[probe * (MAP_SIDE * MAP_SIDE) as usize + texel as usize];
+                for (found, expected) in [(half(word), mean.x), (half(word >> 16), mean.y)] {
+                    let limit = 6e-4 * expected + 1e-4;
+                    assert!(
+                        (found - expected).abs() <= limit,
+                        "probe at {at}, texel {texel}: {found}, expected {expected} within {limit}"
+                    );
+                }
+            }
+        }
+        assert!(n_inside > 50, "probes inside: {n_inside}");
+    }
+}
+
+/// Over a wide floor of albedo ρ in the light E of a lamp far above, a probe finds ρE/π from below and nothing from above: cⱼ is the
+/// integral of Yⱼ over the lower hemisphere times that, by the closed forms of a half space. The floor's edge is 40 times as far as
+/// the highest probe is high. Tolerance: 4096 paths, of which 1/√n is 1.6 %, with a Sobol sequence less.
+#[test]
+fn probes_find_the_light_of_a_floor() {
+    let (albedo, irradiance) = (0.7, 3.0);
+    let half = 60.0;
+    let floor = mesh(
+        [[-half, 0.0, -half], [-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half]]
+            .map(Vec3::from_array)
+            .into(),
+        vec![[0, 1, 2], [0, 2, 3]],
+    );
+    let mut scene = world(vec![floor], vec![lambert(albedo as f32)]);
+    scene.lights.push(Light::Directional {
+        direction: Vec3::NEG_Y,
+        irradiance: Vec3::splat(irradiance as f32),
+    });
+    scene.sky = Sky::Constant(Vec3::ZERO);
+    let gpu_scene = upload(&scene);
+    let chosen = settings!(ProbeSettings { cells: 128, n_paths: 4096, n_bounces: 2 });
+    let mut probes = Probes::new(gpu(), &gpu_scene, chosen).unwrap();
+    for _ in 0..64 {
+        submit(|recorder| probes.update(recorder, &gpu_scene)).unwrap();
+    }
+    let light: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(probes.light()));
+    let radiance = albedo * irradiance / PI;
+    // Of order 2, integrated over y < 0: Y₀ = √(1/4π), Y₁₋₁ = √(3/4π) y, and those of band 2 that are even in x and z:
+    // Y₂₀ = √(5/16π)(3z² − 1) and Y₂₂ = √(15/16π)(x² − z'…), which integrate to 0 over a half space.
+    let mut expected = [0.0; 9];
+    expected[0] = (1.0 / (4.0 * PI)).sqrt() * 2.0 * PI * radiance;
+    expected[1] = -(3.0 / (4.0 * PI)).sqrt() * PI * radiance;
+    let mut n_judged = 0;
+    for (probe, corner) in corners_of(&probes).into_iter().enumerate() {
+        let at = position(&probes, corner);
+        if at.x.abs().max(at.z.abs()) > 5.0 || at.y < 0.1 {
+            continue;
+        }
+        n_judged += 1;
+        for (k, expected) in expected.iter().enumerate() {
+            let found = f64::from(light[probe * COEFFICIENTS as usize + k][1]);
+            let limit = 0.03 * radiance;
+            assert!(
+                (found - expected).abs() < limit,
+                "probe at {at}, coefficient {k}: {found}, expected {expected} within {limit}"
+            );
+        }
+    }
+    assert!(n_judged > 30, "probes over the floor: {n_judged}");
+    let [rejected, cut]: [u32; 2] = bytemuck::pod_read_unaligned(&read_faults(&probes));
+    assert_eq!([rejected, cut], [0, 0], "paths that were left out");
+}
+
+/// The two counters of faults, as the stats name them.
+fn read_faults(probes: &Probes) -> Vec<u8> {
+    let stats = probes.stats();
+    let counts = stats.iter().filter(|stat| stat.unit == "paths");
+    counts
+        .flat_map(|stat| {
+            let n = lucerna::blocking::read_stat(gpu(), stat).unwrap() as u32;
+            n.to_le_bytes()
+        })
+        .collect()
+}
+
+/// The same scene and settings give the same bytes; another seed gives others, but the same probes.
+#[test]
+fn the_same_scene_gives_the_same_probes() {
+    let mut scene = world(vec![room(Vec3::ZERO, Vec3::new(2.0, 1.0, 3.0))], vec![lambert(0.6)]);
+    scene.lights.push(Light::Point {
+        position: Vec3::new(0.7, 0.6, 1.1),
+        intensity: Vec3::ONE,
+        range: None,
+    });
+    let scene = upload(&scene);
+    let run = |seed| {
+        let chosen = settings!(ProbeSettings {
+            cells: 8,
+            seed,
+            visibility: ProbeVisibility::None,
+            ..Default::default()
+        });
+        let mut probes = Probes::new(gpu(), &scene, chosen).unwrap();
+        for _ in 0..3 {
+            submit(|recorder| probes.update(recorder, &scene)).unwrap();
+        }
+        (read(probes.light()), read(probes.distances()), corners_of(&probes))
+    };
+    let [first, second, other] = [run(1), run(1), run(2)];
+    assert!(first == second, "two runs differ");
+    assert!(first.0 != other.0, "two seeds give the same light");
+    assert!(first.1 == other.1 && first.2 == other.2, "two seeds give other probes");
+    let light: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&first.0);
+    assert_each("coefficients", &light, "finite", |c| c.iter().all(|x| x.is_finite()));
+}
