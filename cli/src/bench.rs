@@ -36,6 +36,9 @@ pub struct BenchArguments {
     /// Measure voxel-rt, voxel-cone and voxel-write at small sizes only, and leaks in few houses.
     #[arg(long)]
     quick: bool,
+    /// With `leaks`: measure only this technique.
+    #[arg(long, value_name = "NAME")]
+    technique: Option<String>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -56,7 +59,7 @@ enum Group {
     /// Passes of `voxel-cone`, next to its source's table, and what a step of a cone costs (takes minutes; runs only
     /// when named).
     VoxelCone,
-    /// Light that leaks through walls at any angle, for each technique with voxels, in houses drawn at random (takes
+    /// Light that leaks through walls at any angle, for each technique that stores light in cells, in houses drawn at random (takes
     /// an hour on a CPU, with --quick minutes; runs only when named).
     Leaks,
     /// Ways to write irradiance into voxels: store, moving average, max, exact (takes minutes; runs only when named).
@@ -129,7 +132,10 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
         groups.push(("voxel-cone", rows));
     }
     if arguments.group == Some(Group::Leaks) {
-        groups.push(("leaks", leaks::measure(&gpu, source, arguments.quick)?));
+        groups.push((
+            "leaks",
+            leaks::measure(&gpu, source, arguments.quick, arguments.technique.as_deref())?,
+        ));
     }
     if arguments.group == Some(Group::VoxelWrite) {
         let rows = voxel_write::measure(&gpu, &scene, source, arguments.quick)?;

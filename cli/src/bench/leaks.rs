@@ -17,8 +17,9 @@ use std::error::Error;
 /// Houses, half of them with the fine grid.
 const N_HOUSES: u64 = 100;
 const N_HOUSES_QUICK: u64 = 12;
-/// Voxels along the longest side; with `quick`, all houses have the coarse grid.
-const CELLS: [u32; 2] = [64, 128];
+/// The setting that says how many cells there are along the longest side, and how many; with `quick`, all houses have the coarse
+/// grid.
+const GRIDS: [(&str, [u32; 2]); 2] = [("voxels", [64, 128]), ("cells", [32, 64])];
 /// The longest side of a house [m].
 const LENGTH: f32 = 8.0;
 const WARM_UP: u32 = 48;
@@ -26,24 +27,31 @@ const FRAMES: u32 = 8;
 /// Pixels of each of the six views from a part's middle.
 const SIDE: u32 = 16;
 
-/// For each technique that has voxels, the worst and the median house.
+/// For each technique that stores light in cells, or the one of this name, the worst and the median house.
 ///
 /// # Errors
 /// A technique or a device fails.
-pub fn measure(gpu: &Gpu, source: RaySource, quick: bool) -> Result<Vec<Row>, Box<dyn Error>> {
+pub fn measure(
+    gpu: &Gpu,
+    source: RaySource,
+    quick: bool,
+    only: Option<&str>,
+) -> Result<Vec<Row>, Box<dyn Error>> {
     let n_houses = if quick { N_HOUSES_QUICK } else { N_HOUSES };
     let mut rows = Vec::new();
-    let with_voxels = TECHNIQUES
-        .iter()
-        .filter(|technique| technique.settings.iter().any(|setting| setting.name == "voxels"));
-    for technique in with_voxels {
+    let grid_of = |technique: &TechniqueEntry| {
+        let has = |name: &str| technique.settings.iter().any(|setting| setting.name == name);
+        GRIDS.into_iter().find(|(setting, _)| has(setting))
+    };
+    let wanted = TECHNIQUES.iter().filter(|of| only.is_none_or(|name| name == of.name));
+    for (technique, (setting, cells)) in wanted.filter_map(|of| Some((of, grid_of(of)?))) {
         let mut leaks = Vec::new();
         for seed in 0..n_houses {
-            let cells = if quick { CELLS[0] } else { CELLS[(seed / 2 % 2) as usize] };
+            let cells = if quick { cells[0] } else { cells[(seed / 2 % 2) as usize] };
             let house = House::draw(seed, LENGTH / cells as f32);
-            let leak = leak_of(gpu, source, technique, &house, cells)?;
+            let leak = leak_of(gpu, source, technique, &house, (setting, cells))?;
             tracing::info!(
-                "{} house {seed}: {:.2} % ({} voxels, wall of {:.2} voxels, normal {:.2})",
+                "{} house {seed}: {:.2} % ({} cells, wall of {:.2} cells, normal {:.2})",
                 technique.name,
                 100.0 * leak,
                 cells,
@@ -62,6 +70,13 @@ pub fn measure(gpu: &Gpu, source: RaySource, quick: bool) -> Result<Vec<Row>, Bo
         ));
         rows.push(Row::new(format!("{name}, median"), leaks[leaks.len() / 2].0, "%"));
     }
+    if rows.is_empty() {
+        return Err(format!(
+            "no technique that stores light in cells is called `{}`",
+            only.unwrap_or_default()
+        )
+        .into());
+    }
     Ok(rows)
 }
 
@@ -71,12 +86,12 @@ fn leak_of(
     source: RaySource,
     technique: &TechniqueEntry,
     house: &House,
-    cells: u32,
+    (setting, cells): (&str, u32),
 ) -> Result<f64, Box<dyn Error>> {
     let options = settings!(GpuSceneOptions { rays: source, diffuse_only: true });
     let scene = GpuScene::new(gpu, &house.scene, options)?;
     let cells = cells.to_string();
-    let chosen = [("voxels", cells.as_str())];
+    let chosen = [(setting, cells.as_str())];
     let visibility = LightVisibility::default();
     let mut made = technique.make(gpu, &scene, &chosen, &visibility, house.eyes[0])?;
     let size = UVec2::splat(SIDE);
