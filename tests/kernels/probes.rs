@@ -336,8 +336,9 @@ fn maps_hold_the_distances_to_the_walls() {
 }
 
 /// Over a wide floor of albedo ρ in the light E of a lamp far above, a probe finds ρE/π from below and nothing from above: cⱼ is the
-/// integral of Yⱼ over the lower hemisphere times that, by the closed forms of a half space. The floor's edge is 40 times as far as
-/// the highest probe is high. Tolerance: 4096 paths, of which 1/√n is 1.6 %, with a Sobol sequence less.
+/// integral of Yⱼ over the lower hemisphere times that, by the closed forms of a half space. The floor's edge is 50 times as far as
+/// these probes are high. Tolerance: 2048 paths, of which 1/√n is 2.2 %, with a Sobol sequence less; and
+/// 2 % for what is beyond the floor's edge.
 #[test]
 fn probes_find_the_light_of_a_floor() {
     let (albedo, irradiance) = (0.7, 3.0);
@@ -355,9 +356,9 @@ fn probes_find_the_light_of_a_floor() {
     });
     scene.sky = Sky::Constant(Vec3::ZERO);
     let gpu_scene = upload(&scene);
-    let chosen = settings!(ProbeSettings { cells: 128, n_paths: 4096, n_bounces: 2 });
+    let chosen = settings!(ProbeSettings { cells: 96, n_paths: 2048, n_bounces: 2 });
     let mut probes = Probes::new(gpu(), &gpu_scene, chosen).unwrap();
-    for _ in 0..64 {
+    for _ in 0..32 {
         submit(|recorder| probes.update(recorder, &gpu_scene)).unwrap();
     }
     let light: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(probes.light()));
@@ -370,13 +371,13 @@ fn probes_find_the_light_of_a_floor() {
     let mut n_judged = 0;
     for (probe, corner) in corners_of(&probes).into_iter().enumerate() {
         let at = position(&probes, corner);
-        if at.x.abs().max(at.z.abs()) > 5.0 || at.y < 0.1 {
+        if at.x.abs().max(at.z.abs()) > 9.0 || !(0.1..1.0).contains(&at.y) {
             continue;
         }
         n_judged += 1;
         for (k, expected) in expected.iter().enumerate() {
             let found = f64::from(light[probe * COEFFICIENTS as usize + k][1]);
-            let limit = 0.03 * radiance;
+            let limit = 0.03 * radiance + 0.02 * expected.abs();
             assert!(
                 (found - expected).abs() < limit,
                 "probe at {at}, coefficient {k}: {found}, expected {expected} within {limit}"

@@ -52,7 +52,7 @@ pub fn what_is_told_arrives<T: Technique>(start: &dyn Fn(&GpuScene, &Camera, u32
                 _ => assert!(n < 256, "albedo {albedo}: {told:?} still on its way"),
             }
         };
-        let (now, end) = (mean(16, n, 2), mean(4, 128, 48));
+        let (now, end) = (mean(8, n, 2), mean(2, 128, 48));
         let lacks = 1.0 - (now / end).min_element();
         println!("albedo {albedo}: {n} frames, {to_come:.4} on its way, {lacks:.4} is missing");
         assert!(
