@@ -337,8 +337,8 @@ fn maps_hold_the_distances_to_the_walls() {
 
 /// Over a wide floor of albedo ρ in the light E of a lamp far above, a probe finds ρE/π from below and nothing from above: cⱼ is the
 /// integral of Yⱼ over the lower hemisphere times that, by the closed forms of a half space. The floor's edge is 50 times as far as
-/// these probes are high. Tolerance: 2048 paths, of which 1/√n is 2.2 %, with a Sobol sequence less; and
-/// 2 % for what is beyond the floor's edge.
+/// these probes are high. Tolerance: 4π·Y·L over half of the sphere has a deviation of 2.5 L, which 2048
+/// independent paths bring to 0.055 L; a Sobol sequence has less than half of that. And 2 % for what is beyond the floor's edge.
 #[test]
 fn probes_find_the_light_of_a_floor() {
     let (albedo, irradiance) = (0.7, 3.0);
@@ -377,7 +377,7 @@ fn probes_find_the_light_of_a_floor() {
         n_judged += 1;
         for (k, expected) in expected.iter().enumerate() {
             let found = f64::from(light[probe * COEFFICIENTS as usize + k][1]);
-            let limit = 0.03 * radiance + 0.02 * expected.abs();
+            let limit = 0.055 * radiance + 0.02 * expected.abs();
             assert!(
                 (found - expected).abs() < limit,
                 "probe at {at}, coefficient {k}: {found}, expected {expected} within {limit}"
