@@ -158,6 +158,35 @@ fn settings_out_of_range_are_refused() {
     }
 }
 
+/// The number of a statistic.
+fn stat(session: &Session<ProbeVolume>, name: &str) -> u64 {
+    let stats = session.technique.stats();
+    let found = stats.iter().find(|stat| stat.name == name).unwrap();
+    lucerna::blocking::read_stat(gpu(), found).unwrap()
+}
+
+/// Few cells have room for all their corners, and paths that are still missing are told.
+#[test]
+fn what_is_missing_is_told() {
+    let world = upload(&lit_room());
+    for n in [2, 3, 5, 9] {
+        let mut session = session(&world, &eye(), cells(n));
+        for frames in 1..=4 {
+            session.run(&world, 1);
+            let missing = stat(&session, "still to follow");
+            assert_eq!(
+                missing,
+                256 - 64 * frames,
+                "{n} cells: paths missing after {frames} frames"
+            );
+        }
+        for what in ["cells without room", "probes without room"] {
+            assert_eq!(stat(&session, what), 0, "{n} cells: {what}");
+        }
+        assert!(stat(&session, "probes") >= 8, "{n} cells: probes");
+    }
+}
+
 /// Both debug views show something, and others do not exist.
 #[test]
 fn debug_views() {

@@ -32,6 +32,8 @@ pub use settings::{ProbeSettings, ProbeVisibility};
 /// Bytes of one probe: 9 coefficients of four f32, and 64 pairs of halfs.
 const PROBE_BYTES: u64 = 16 * COEFFICIENTS as u64 + 4 * (MAP_SIDE * MAP_SIDE) as u64;
 const ADVICE: &str = "use fewer cells";
+/// There is room for this many probes, or for all corners.
+const LEAST_ROOM: u32 = 4096;
 
 /// Probes of a scene. They gather light until each has followed enough paths, and anew when the scene changes.
 #[derive(Debug)]
@@ -74,8 +76,8 @@ impl Probes {
         let lattice = VoxelGrid {
             size,
             bricks: (size + BRICK - 1) / BRICK,
-            // Each cell has eight corners, but few share none with its neighbours.
-            capacity: size.element_product().min(2 * grid.capacity + 8),
+            // A cell has eight corners, but surfaces' cells share most of them: there are about two for each.
+            capacity: size.element_product().min((2 * grid.capacity).max(LEAST_ROOM)),
             // Invocations for each probe.
             n_faces: MAP_SIDE * MAP_SIDE,
             ..grid
@@ -229,13 +231,15 @@ impl Probes {
     /// Statistics: probes, bytes, and what is wrong.
     pub fn stats(&self) -> Vec<Stat> {
         let (cells, probes) = (self.voxelizer.counts(), self.occupancy.counts());
-        let fewer = "use fewer cells";
+        let missing = u64::from(self.settings.n_paths.saturating_sub(self.n_paths));
         vec![
             Stat::known("room for probes", "bytes", PROBE_BYTES * u64::from(self.lattice.capacity)),
             Stat::counted("cells with surfaces", "cells", cells, 0),
-            Stat::counted("without room", "cells", cells, 4).fault(fewer),
+            Stat::counted("cells without room", "cells", cells, 4).fault(ADVICE),
             Stat::counted("probes", "probes", probes, 0),
-            Stat::counted("without room", "probes", probes, 4).fault(fewer),
+            Stat::counted("probes without room", "probes", probes, 4).fault(ADVICE),
+            Stat::known("still to follow", "paths per probe", missing)
+                .fault("the light is noisy: update it in more frames (render: --warm-up), or ask for fewer paths"),
             Stat::counted("light was not finite and counts as dark", "paths", &self.faults, 0)
                 .fault("please report it"),
             Stat::counted("cut short by this driver's limit of loops", "paths", &self.faults, 4)
