@@ -57,6 +57,18 @@ pub const AXES: &[Axis] = &[
     Axis { name: "visibility", values: &[plain("rays"), plain("maps"), plain("cones")] },
     Axis { name: "volumes", values: &[plain("textures"), plain("buffers")] },
     Axis { name: "cones", values: &[plain("prefiltered"), plain("surfels")] },
+    Axis {
+        name: "basis",
+        values: &[
+            plain("sh2"),
+            plain("sh2_float"),
+            plain("sh2_bytes"),
+            plain("sh1"),
+            plain("ambient_cube"),
+            plain("chroma_sh1"),
+            plain("chroma_constant"),
+        ],
+    },
 ];
 
 /// The number of axes that a [`Variant`] has room for.
@@ -82,6 +94,18 @@ pub const SHADOW_CONES: Choice = Choice { axis: 2, value: 2 };
 pub const VOLUME_BUFFERS: Choice = Choice { axis: 3, value: 1 };
 /// Cones are followed along their axes from surfel to surfel, instead of through prefiltered voxels.
 pub const SURFEL_CONES: Choice = Choice { axis: 4, value: 1 };
+/// Probes keep their light as f32.
+pub const BASIS_SH2_FLOAT: Choice = Choice { axis: 5, value: 1 };
+/// Probes keep their light as bytes.
+pub const BASIS_SH2_BYTES: Choice = Choice { axis: 5, value: 2 };
+/// Probes keep spherical harmonics of order 1.
+pub const BASIS_SH1: Choice = Choice { axis: 5, value: 3 };
+/// Probes keep ambient cubes.
+pub const BASIS_AMBIENT_CUBE: Choice = Choice { axis: 5, value: 4 };
+/// Probes keep luma of order 2 and differences of colour of order 1.
+pub const BASIS_CHROMA_SH1: Choice = Choice { axis: 5, value: 5 };
+/// Probes keep luma of order 2 and means of differences of colour.
+pub const BASIS_CHROMA_CONSTANT: Choice = Choice { axis: 5, value: 6 };
 
 /// One value of each axis. The default is the first of each, the baseline: plain WebGPU.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -13,6 +13,7 @@ mod next_event;
 mod picture;
 
 mod pixels;
+mod probe_light;
 mod probes;
 mod rays;
 mod sampling;

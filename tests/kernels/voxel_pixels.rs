@@ -704,8 +704,9 @@ fn openness_is_filtered_within_surfaces() {
             let expected = [of(has_diffuse, upsampled), of(has_specular, smoothed)];
             for (k, name) in ["diffuse", "specular"].into_iter().enumerate() {
                 let off = (f64::from(found[k]) - expected[k]).abs();
+                // (Half a step of rounding; and weights are powers and exponentials, which GPUs find to 2⁻¹², most to 2⁻²⁰.)
                 assert!(
-                    off < 0.51,
+                    off < 0.51 + 255.0 / 4096.0,
                     "{name} openness of pixel {pixel} of {size}: {}, expected {:.3} (of 255, rounded)",
                     found[k],
                     expected[k]

@@ -219,11 +219,13 @@ fn check(triangles: &[[Vec3; 3]], grid: VoxelGrid) -> (usize, usize) {
     for cell in &cells {
         occupied[cell_ix(&grid, *cell)] = true;
     }
+    // Two kernels, which a compiler may contract differently: they agree wherever f32 leaves no doubt.
     for (ix, &n) in found.iter().enumerate() {
-        assert_eq!(
-            occupied[ix],
-            n > 0,
-            "whether cell {ix}, which {n} triangles meet, is occupied, {grid:?}"
+        let is_in_doubt = expected.low[ix] == 0 && expected.high[ix] > 0;
+        assert!(
+            occupied[ix] == (n > 0) || is_in_doubt,
+            "whether cell {ix}, which {n} triangles meet, is occupied: {}, {grid:?}",
+            occupied[ix]
         );
     }
     println!(

@@ -43,7 +43,7 @@ fn eye() -> Camera {
 
 /// The white furnace: a closed box whose walls emit L_e and reflect ρ. Indirect light is L_e·Σ ρᵏ from k = 2 to the number of bounces
 /// and one, wherever probes are and whatever sees them. 1024 paths, and in the room's
-/// edges a little of the probes behind its walls, which are dark: each pixel within 8 %, their mean within 1.5 %.
+/// edges a little of the probes behind its walls, which are dark: each pixel within 6 %, their mean within 1.5 %.
 #[test]
 fn the_furnace_is_white() {
     let emission = Vec3::new(0.7, 1.0, 0.25);
@@ -53,6 +53,8 @@ fn the_furnace_is_white() {
         (0.5, 64, settings!(ProbeSettings { wraps: false, ..cells(16) })),
         (0.5, 64, cells(16)),
         (0.5, 64, cells(24)),
+        // Cells of 0.6 m in a room that is 1 m high.
+        (0.5, 64, cells(8)),
         (0.5, 64, settings!(ProbeSettings { visibility: ProbeVisibility::None, ..cells(16) })),
     ] {
         let material = Material { emission, ..lambert([albedo; 3]) };
@@ -68,8 +70,8 @@ fn the_furnace_is_white() {
         let mean = picture.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / picture.len() as f64;
         let worst = picture.iter().map(|p| apart(p.as_dvec3())).fold(0.0, f64::max_nan);
         assert!(
-            apart(mean) < 0.015 && worst < 0.08,
-            "albedo {albedo}, {chosen:?}: mean {mean}, expected {expected} within 1.5 %; a pixel is off by {worst}, expected below 0.08"
+            apart(mean) < 0.015 && worst < 0.06,
+            "albedo {albedo}, {chosen:?}: mean {mean}, expected {expected} within 1.5 %; a pixel is off by {worst}, expected below 0.06"
         );
     }
 }

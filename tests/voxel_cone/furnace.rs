@@ -77,8 +77,8 @@ fn surfels_keep_all_light() {
     ] {
         let [mean, least, most] = found(albedo, n_frames, settings);
         assert!(
-            (mean - 1.0).abs() < 0.015 && least > 0.9 && most < 1.03,
-            "{settings:?}: the mean of pixels is {mean} of the closed form's light, expected 1 within 0.015; pixels are {least} to {most} of it, expected within 0.9 to 1.03"
+            (mean - 1.0).abs() < 0.015 && least > 0.9 && most < 1.04,
+            "{settings:?}: the mean of pixels is {mean} of the closed form's light, expected 1 within 0.015; pixels are {least} to {most} of it, expected within 0.9 to 1.04"
         );
     }
 }

@@ -5,26 +5,25 @@
 //! `lucerna::components::voxels::bricks`, over the lattice of corners instead of cells.
 #define_import_path lucerna::fields::probes
 
+#import lucerna::components::probes::air::{AIR_STRIDE, air_below}
+#import lucerna::components::probes::basis::{WORDS, unpack_light}
 #import lucerna::components::probes::octahedral_map::{MAP_SIDE, map_taps}
+#import lucerna::components::probes::place::{place_is_inside, place_moved}
+#import lucerna::components::probes::probe_light::{ProbeLight, add_probe_light, light_irradiance}
 #import lucerna::components::probes::visibility::{seen_share, without_bleeding, wrapped_weight}
 #import lucerna::components::voxels::bricks::{NO_SLOT, brick_of_cell, slot_in_brick}
 #import lucerna::components::voxels::grid::{VoxelGrid, grid_from_world, is_inside, unpack_cell, world_from_grid}
-#import lucerna::sh::convolve::sh2_irradiance
-#import lucerna::sh::window::sh2_window
 
-/// Coefficients of a probe: 9 for order 2.
-const COEFFICIENTS: u32 = 9u;
 /// Where the look-up finds its cell: a surface on the border between two cells belongs to the one in front of it [cells].
 const CELL_OFFSET: f32 = 1e-3;
-
 /// Weight of a probe that does not see a point: it counts where none does.
 const HIDDEN_WEIGHT: f32 = 1e-5;
+/// Weight of a probe that is inside something: it counts where there are no others.
+const INSIDE_WEIGHT: f32 = 1e-3;
 
 struct Probes {
     /// The lattice: "cells" are the corners of the grid's cells, at whole numbers.
     lattice: VoxelGrid,
-    /// Factors of the bands 0 to 2 (`lucerna::sh::window`).
-    window: vec3<f32>,
     /// 1: probes that do not see the point, by their maps of distances, count less.
     uses_distances: u32,
     /// How far a point is moved along its normal before distances are compared [cells].
@@ -35,13 +34,15 @@ struct Probes {
     least_variance: f32,
     /// See `without_bleeding`.
     bleeding: f32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
 }
 
 @group(3) @binding(32) var<uniform> probes: Probes;
 @group(3) @binding(33) var<storage, read> probe_structure: array<vec2<u32>>;
-/// Nine for each probe: rgb: coefficient of the radiance that arrives [W·sr⁻¹·m⁻²], reflected at least once; a of the first: the
-/// probe's weight, 1, or little if it is inside something.
-@group(3) @binding(34) var<storage, read> probe_light: array<vec4<f32>>;
+/// WORDS for each probe (`lucerna::components::probes::basis`): the radiance that arrives and was reflected at least once.
+@group(3) @binding(34) var<storage, read> probe_light: array<u32>;
 /// MAP_SIDE² for each probe: mean distance to surfaces [cells] and mean of its square, two halfs (`pack2x16float`).
 @group(3) @binding(35) var<storage, read> probe_distances: array<u32>;
 
@@ -54,11 +55,25 @@ fn probe_of_corner(corner: vec3<i32>) -> u32 {
     return slot_in_brick(brick, vec3<u32>(corner));
 }
 
+/// The two words of a probe: its packed corner, and its place (`lucerna::components::probes::place`).
+fn record_of_probe(probe: u32) -> vec2<u32> {
+    let bricks = probes.lattice.bricks;
+    return probe_structure[bricks.x * bricks.y * bricks.z + probe];
+}
+
 /// Where a probe is [m].
 fn position_of_probe(probe: u32) -> vec3<f32> {
-    let bricks = probes.lattice.bricks;
-    let packed = probe_structure[bricks.x * bricks.y * bricks.z + probe].x;
-    return world_from_grid(probes.lattice, vec3<f32>(unpack_cell(packed)));
+    let record = record_of_probe(probe);
+    return world_from_grid(probes.lattice, vec3<f32>(unpack_cell(record.x)) + place_moved(record.y));
+}
+
+/// The light of a probe.
+fn light_of_probe(probe: u32) -> ProbeLight {
+    var words: array<u32, WORDS>;
+    for (var k = 0u; k < WORDS; k++) {
+        words[k] = probe_light[probe * WORDS + k];
+    }
+    return unpack_light(words);
 }
 
 /// Mean distance to surfaces in a direction from a probe [cells], and mean of its square.
@@ -72,16 +87,27 @@ fn probe_moments(probe: u32, direction: vec3<f32>) -> vec2<f32> {
     return moments;
 }
 
-/// How much a probe at `corner` counts for a point besides its distance, in [0, 1.2]. `point`, `biased`, `corner`: in units of the
-/// grid; `normal`: unit length.
-fn probe_weight(probe: u32, corner: vec3<f32>, point: vec3<f32>, biased: vec3<f32>, normal: vec3<f32>) -> f32 {
-    var weight = 1.0;
+/// A point that is asked for its light.
+struct ProbeQuery {
+    /// In units of the lattice.
+    point: vec3<f32>,
+    /// The point, moved along its normal, from which distances are compared.
+    biased: vec3<f32>,
+    /// Unit length.
+    normal: vec3<f32>,
+}
+
+/// How much a probe counts for a point besides its distance, in [0, 1.2].
+fn probe_weight(probe: u32, query: ProbeQuery) -> f32 {
+    let record = record_of_probe(probe);
+    let place = vec3<f32>(unpack_cell(record.x)) + place_moved(record.y);
+    var weight = select(1.0, INSIDE_WEIGHT, place_is_inside(record.y));
     if probes.wraps != 0u {
-        let to_probe = corner - point;
-        weight = wrapped_weight(normal, to_probe / max(length(to_probe), 1e-6));
+        let to_probe = place - query.point;
+        weight *= wrapped_weight(query.normal, to_probe / max(length(to_probe), 1e-6));
     }
     if probes.uses_distances != 0u {
-        let from_probe = biased - corner;
+        let from_probe = query.biased - place;
         let distance = length(from_probe);
         if distance > 0.0 {
             let seen = seen_share(distance, probe_moments(probe, from_probe), probes.least_variance);
@@ -91,42 +117,70 @@ fn probe_weight(probe: u32, corner: vec3<f32>, point: vec3<f32>, biased: vec3<f3
     return weight;
 }
 
+/// Probes that were blended: their weighted light, and the sum of the weights.
+struct Blended {
+    light: ProbeLight,
+    total: f32,
+}
+
+/// Adds a probe of this share of the interpolation.
+fn blend_probe(sum: ptr<function, Blended>, probe: u32, share: f32, query: ProbeQuery) {
+    let weight = share * probe_weight(probe, query);
+    if weight > 0.0 {
+        var light = (*sum).light;
+        add_probe_light(&light, light_of_probe(probe), weight);
+        (*sum).light = light;
+        (*sum).total += weight;
+    }
+}
+
+/// Adds what is interpolated at a corner without a probe, from the corners of the wide cell around it.
+fn blend_air(sum: ptr<function, Blended>, corner: vec3<u32>, share: f32, query: ProbeQuery) {
+    let low = air_below(corner);
+    let high = min(low + AIR_STRIDE, probes.lattice.size - 1u);
+    let upper = vec3<f32>(corner - low) / vec3<f32>(max(high - low, vec3<u32>(1u)));
+    for (var ix = 0u; ix < 8u; ix++) {
+        let is_upper = ((vec3<u32>(ix) >> vec3<u32>(0u, 1u, 2u)) & vec3<u32>(1u)) != vec3<u32>(0u);
+        let along = select(1.0 - upper, upper, is_upper);
+        let part = share * along.x * along.y * along.z;
+        let probe = probe_of_corner(vec3<i32>(select(low, high, is_upper)));
+        if part > 0.0 && probe != NO_SLOT {
+            blend_probe(sum, probe, part, query);
+        }
+    }
+}
+
 /// rgb: the irradiance by reflected light at a surface point [W·m⁻²], at least 0; a: the weight of the probes that were found, 0 if
 /// there are none.
 ///
-/// Coefficients are blended first (trilinear, times `probe_weight`), and evaluated once. `position` [m]; `normal`: unit length, on the
-/// side that is lit.
+/// Trilinear in the cell of the lattice around the point, times `probe_weight`; a corner without a probe (in the air) stands for those
+/// of its wide cell. The light is blended first, and evaluated once. A point outside the lattice gets the light of its border.
+/// `position` [m]; `normal`: unit length, on the side that is lit.
 fn probe_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
     let point = grid_from_world(probes.lattice, position);
-    let cell = floor(point + normal * CELL_OFFSET);
+    let last = vec3<f32>(probes.lattice.size) - 2.0;
+    let cell = clamp(floor(point + normal * CELL_OFFSET), vec3<f32>(0.0), last);
     let upper = clamp(point - cell, vec3<f32>(0.0), vec3<f32>(1.0));
-    let biased = point + normal * probes.normal_bias;
-    var light: array<vec3<f32>, COEFFICIENTS>;
-    var total = 0.0;
+    let query = ProbeQuery(point, point + normal * probes.normal_bias, normal);
+    var sum: Blended;
     for (var ix = 0u; ix < 8u; ix++) {
         let is_upper = ((vec3<u32>(ix) >> vec3<u32>(0u, 1u, 2u)) & vec3<u32>(1u)) != vec3<u32>(0u);
-        let corner = cell + select(vec3<f32>(0.0), vec3<f32>(1.0), is_upper);
-        let probe = probe_of_corner(vec3<i32>(corner));
-        if probe == NO_SLOT {
-            continue;
-        }
-        let first = probe * COEFFICIENTS;
+        let corner = vec3<u32>(cell) + select(vec3<u32>(0u), vec3<u32>(1u), is_upper);
         let along = select(1.0 - upper, upper, is_upper);
-        let weight = along.x * along.y * along.z * probe_light[first].a
-            * probe_weight(probe, corner, point, biased, normal);
-        if weight == 0.0 {
+        let share = along.x * along.y * along.z;
+        if share == 0.0 {
             continue;
         }
-        for (var k = 0u; k < COEFFICIENTS; k++) {
-            light[k] += weight * probe_light[first + k].rgb;
+        let probe = probe_of_corner(vec3<i32>(corner));
+        if probe != NO_SLOT {
+            blend_probe(&sum, probe, share, query);
+        } else {
+            blend_air(&sum, corner, share, query);
         }
-        total += weight;
     }
-    if !(total > 0.0) {
+    if !(sum.total > 0.0) {
         return vec4<f32>(0.0);
     }
-    for (var k = 0u; k < COEFFICIENTS; k++) {
-        light[k] /= total;
-    }
-    return vec4<f32>(max(sh2_irradiance(sh2_window(light, probes.window), normal), vec3<f32>(0.0)), total);
+    let irradiance = light_irradiance(sum.light, normal) / sum.total;
+    return vec4<f32>(max(irradiance, vec3<f32>(0.0)), sum.total);
 }

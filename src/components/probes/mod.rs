@@ -3,8 +3,11 @@
 //! probe sees.
 //!
 //! ```text
-//! Voxelizer ──cells──▶ probes/mark ──▶ Occupancy ──lattice──▶ probes/distances, probes/gather ──▶ fields::probes
-//!  when something moved                 a slot for each corner   maps of distances; paths, until there are enough
+//! Voxelizer ──cells──▶ probes/mark, mark_air ──▶ Occupancy ──lattice──▶ probes/place, probes/distances
+//!  when something moved                           a slot for each corner   out of walls; how far each sees
+//!                                                                             │
+//!                      fields::probes ◀──light── probes/pack ◀──gathered── probes/gather
+//!                       pixels                    in a basis               paths, until there are enough
 //! ```
 //!
 //! Light-probe volumes (2016) place probes so (`docs/techniques/probe-volume.md`). Probes are found by the rank of their bit,
@@ -13,6 +16,9 @@
 mod settings;
 
 use crate::bindings::kernels::probes::gather::GatherInfo;
+use crate::bindings::kernels::probes::pack::PackInfo;
+use crate::bindings::kernels::probes::place::PlaceInfo;
+use crate::bindings::lucerna::components::probes::air::AIR_STRIDE;
 use crate::bindings::lucerna::fields::probes::Probes as ProbesUniform;
 use crate::components::voxels::{
     BRICK, Occupancy, RECORD_GROUPS_OFFSET, Resolution, Triangles, VOXEL_GROUPS_OFFSET, VoxelError,
@@ -23,17 +29,26 @@ use crate::gpu::{
 };
 use crate::report::{Notice, Stat};
 use crate::seam::{Revisions, SceneSeam, check_shaders};
+use crate::shader::Variant;
+use glam::UVec3;
 
 pub use crate::bindings::kernels::probes::gather::WORKGROUP as PATHS_PER_UPDATE;
+pub use crate::bindings::lucerna::components::probes::gathered::COEFFICIENTS;
 pub use crate::bindings::lucerna::components::probes::octahedral_map::MAP_SIDE;
-pub use crate::bindings::lucerna::fields::probes::COEFFICIENTS;
-pub use settings::{ProbeSettings, ProbeVisibility};
+pub use settings::{ProbeBasis, ProbeSettings, ProbeVisibility};
 
-/// Bytes of one probe: 9 coefficients of four f32, and 64 pairs of halfs.
-const PROBE_BYTES: u64 = 16 * COEFFICIENTS as u64 + 4 * (MAP_SIDE * MAP_SIDE) as u64;
+/// Bytes of a probe besides its light: 64 pairs of halfs, its corner and its place.
+const PLACE_BYTES: u64 = 4 * (MAP_SIDE * MAP_SIDE) as u64 + 8;
+/// Bytes of a probe that are needed while it gathers: nine of four f32.
+const GATHERED_BYTES: u64 = 16 * COEFFICIENTS as u64;
 const ADVICE: &str = "use fewer cells";
 /// There is room for this many probes, or for all corners.
 const LEAST_ROOM: u32 = 4096;
+
+/// Probes of the air in a lattice of this many corners along each axis.
+fn n_air(size: UVec3) -> u32 {
+    ((size - 1 + (AIR_STRIDE - 1)) / AIR_STRIDE + 1).element_product()
+}
 
 /// Probes of a scene. They gather light until each has followed enough paths, and anew when the scene changes.
 #[derive(Debug)]
@@ -43,16 +58,21 @@ pub struct Probes {
     voxelizer: Voxelizer,
     lattice: VoxelGrid,
     mark: ComputeKernel,
+    mark_air: ComputeKernel,
+    place_kernel: ComputeKernel,
     bits: wgpu::Buffer,
     occupancy: Occupancy,
     distances_kernel: ComputeKernel,
     gather: ComputeKernel,
+    pack: ComputeKernel,
     /// `Probes` of `fields::probes`.
     uniform: wgpu::Buffer,
     /// The lattice alone.
     lattice_uniform: wgpu::Buffer,
+    gathered: wgpu::Buffer,
     light: wgpu::Buffer,
     distances: wgpu::Buffer,
+    placed: wgpu::Buffer,
     faults: wgpu::Buffer,
     /// Revisions of the scene at the last update; None before the first one.
     seen: Option<Revisions>,
@@ -76,8 +96,8 @@ impl Probes {
         let lattice = VoxelGrid {
             size,
             bricks: (size + BRICK - 1) / BRICK,
-            // A cell has eight corners, but surfaces' cells share most of them: there are about two for each.
-            capacity: size.element_product().min((2 * grid.capacity).max(LEAST_ROOM)),
+            // A cell has eight corners, but surfaces' cells share most of them: there are about two for each. And those of the air.
+            capacity: size.element_product().min((2 * grid.capacity + n_air(size)).max(LEAST_ROOM)),
             // Invocations for each probe.
             n_faces: MAP_SIDE * MAP_SIDE,
             ..grid
@@ -99,17 +119,27 @@ impl Probes {
             voxelizer: Voxelizer::new(gpu, scene, grid)?,
             lattice,
             mark: ComputeKernel::new(gpu, &Shaders::default(), None, "probes/mark"),
+            mark_air: ComputeKernel::new(gpu, &Shaders::default(), None, "probes/mark_air"),
+            place_kernel: ComputeKernel::new(gpu, shaders, group, "probes/place"),
             bits: storage("corners of cells", 4 * u64::from(n_bricks(&lattice)))?,
             occupancy: Occupancy::new(gpu, &lattice)?,
             distances_kernel: ComputeKernel::new(gpu, shaders, group, "probes/distances"),
             gather: ComputeKernel::new(gpu, shaders, group, "probes/gather"),
+            pack: ComputeKernel::new(
+                gpu,
+                &Shaders::new(settings.basis.of(Variant::BASELINE)),
+                None,
+                "probes/pack",
+            ),
             uniform: uniform("probes", bytemuck::bytes_of::<ProbesUniform>(&field)),
             lattice_uniform: uniform("lattice of probes", bytemuck::bytes_of(&lattice)),
-            light: storage("light of probes", 16 * u64::from(COEFFICIENTS) * capacity)?,
+            gathered: storage("gathered light of probes", GATHERED_BYTES * capacity)?,
+            light: storage("light of probes", 4 * u64::from(settings.basis.words()) * capacity)?,
             distances: storage(
                 "distances of probes",
                 4 * u64::from(MAP_SIDE * MAP_SIDE) * capacity,
             )?,
+            placed: storage("moved probes", 8)?,
             faults: storage("faults of probes", 8)?,
             seen: None,
             n_paths: 0,
@@ -151,18 +181,33 @@ impl Probes {
             .scene(scene.group())
             .uniform("info", &info)
             .bind("counts", self.occupancy.counts())
-            .bind("light", &self.light)
+            .bind("gathered", &self.gathered)
             .bind("faults", &self.faults)
             .with(self.lattice_field())
             .dispatch(Dispatch::Indirect(self.occupancy.counts(), RECORD_GROUPS_OFFSET));
         self.n_paths += PATHS_PER_UPDATE;
+        self.pack(recorder);
         Ok(())
     }
 
-    /// Finds the cells that surfaces meet, their corners, and how far one sees from there.
+    /// Packs what was gathered, for look-ups.
+    fn pack(&self, recorder: &mut Recorder) {
+        let info = PackInfo { window: self.settings.window_factors(), reserved: 0 };
+        self.pack
+            .call(&mut recorder.compute(self.pack.name()))
+            .uniform("info", &info)
+            .bind("counts", self.occupancy.counts())
+            .bind("gathered", &self.gathered)
+            .bind("light", &self.light)
+            .with(self.lattice_field())
+            .dispatch(Dispatch::Indirect(self.occupancy.counts(), VOXEL_GROUPS_OFFSET));
+    }
+
+    /// Finds the cells that surfaces meet, their corners, where probes are best, and how far one sees from there.
     fn place(&self, recorder: &mut Recorder, scene: &dyn SceneSeam) -> Result<(), VoxelError> {
         self.voxelizer.record(recorder, scene, Triangles::All)?;
         recorder.encoder().clear_buffer(&self.bits, 0, None);
+        recorder.encoder().clear_buffer(&self.placed, 0, None);
         let pass = &mut recorder.compute("probes/place");
         self.mark
             .call(pass)
@@ -172,13 +217,32 @@ impl Probes {
             .bind("structure", self.voxelizer.structure())
             .bind("bits", &self.bits)
             .dispatch(Dispatch::Indirect(self.voxelizer.counts(), VOXEL_GROUPS_OFFSET));
+        self.mark_air
+            .call(pass)
+            .uniform("lattice", &self.lattice)
+            .bind("bits", &self.bits)
+            .dispatch(Dispatch::Items(n_air(self.lattice.size)));
         self.occupancy.record(pass, &self.lattice, &self.bits, &self.bits);
+        let info = PlaceInfo {
+            moves: u32::from(self.settings.moves),
+            reserved_a: 0,
+            reserved_b: 0,
+            reserved_c: 0,
+        };
+        self.place_kernel
+            .call(pass)
+            .scene(scene.group())
+            .uniform("info", &info)
+            .uniform("lattice", &self.lattice)
+            .bind("counts", self.occupancy.counts())
+            .bind("structure", self.occupancy.structure())
+            .bind("placed", &self.placed)
+            .dispatch(Dispatch::Indirect(self.occupancy.counts(), RECORD_GROUPS_OFFSET));
         self.distances_kernel
             .call(pass)
             .scene(scene.group())
             .bind("counts", self.occupancy.counts())
             .bind("distances", &self.distances)
-            .bind("light", &self.light)
             .with(self.lattice_field())
             .dispatch(Dispatch::Indirect(self.occupancy.counts(), RECORD_GROUPS_OFFSET));
         Ok(())
@@ -212,15 +276,29 @@ impl Probes {
         &self.occupancy
     }
 
-    /// [`COEFFICIENTS`] `vec4<f32>` for each probe: rgb: coefficient of the radiance \[W·sr⁻¹·m⁻²\]; a of the first: the probe's
-    /// weight, 1, or little if it is inside something.
+    /// [`ProbeBasis::words`] for each probe: its light, as look-ups read it.
     pub fn light(&self) -> &wgpu::Buffer {
         &self.light
+    }
+
+    /// [`COEFFICIENTS`] `vec4<f32>` for each probe: rgb: coefficient of the radiance \[W·sr⁻¹·m⁻²\], reflected at least once.
+    pub fn gathered(&self) -> &wgpu::Buffer {
+        &self.gathered
+    }
+
+    /// What look-ups need: the settings that it was made with.
+    pub fn settings(&self) -> &ProbeSettings {
+        &self.settings
     }
 
     /// [`MAP_SIDE`]² pairs of halfs for each probe: mean distance \[cells\] and mean of its square.
     pub fn distances(&self) -> &wgpu::Buffer {
         &self.distances
+    }
+
+    /// Bytes of one probe, as look-ups need it.
+    pub fn probe_bytes(&self) -> u64 {
+        4 * u64::from(self.settings.basis.words()) + PLACE_BYTES
     }
 
     /// Paths that each probe has followed.
@@ -233,11 +311,18 @@ impl Probes {
         let (cells, probes) = (self.voxelizer.counts(), self.occupancy.counts());
         let missing = u64::from(self.settings.n_paths.saturating_sub(self.n_paths));
         vec![
-            Stat::known("room for probes", "bytes", PROBE_BYTES * u64::from(self.lattice.capacity)),
+            Stat::known("of a probe", "bytes", self.probe_bytes()),
+            Stat::known(
+                "room for probes",
+                "bytes",
+                (self.probe_bytes() + GATHERED_BYTES) * u64::from(self.lattice.capacity),
+            ),
             Stat::counted("cells with surfaces", "cells", cells, 0),
             Stat::counted("cells without room", "cells", cells, 4).fault(ADVICE),
             Stat::counted("probes", "probes", probes, 0),
             Stat::counted("probes without room", "probes", probes, 4).fault(ADVICE),
+            Stat::counted("moved from their corners", "probes", &self.placed, 0),
+            Stat::counted("inside something", "probes", &self.placed, 4),
             Stat::known("still to follow", "paths per probe", missing)
                 .fault("the light is noisy: update it in more frames (render: --warm-up), or ask for fewer paths"),
             Stat::counted("light was not finite and counts as dark", "paths", &self.faults, 0)

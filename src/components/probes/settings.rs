@@ -3,6 +3,12 @@
 
 use crate::bindings::lucerna::fields::probes::Probes;
 use crate::components::voxels::VoxelGrid;
+use crate::settings;
+use crate::shader::{
+    BASIS_AMBIENT_CUBE, BASIS_CHROMA_CONSTANT, BASIS_CHROMA_SH1, BASIS_SH1, BASIS_SH2_BYTES,
+    BASIS_SH2_FLOAT, Variant,
+};
+use bytemuck::Zeroable;
 use glam::Vec3;
 
 /// How a surface point finds out which of the probes around it see it.
@@ -13,6 +19,65 @@ pub enum ProbeVisibility {
     /// Those that are farther away than what they see in that direction count less.
     #[default]
     Distances,
+}
+
+/// How a probe keeps its light (`wgsl/components/probes/basis.wgsl` and its variants).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ProbeBasis {
+    /// Spherical harmonics of order 2, as halfs.
+    #[default]
+    Sh2,
+    /// The same as f32, as they are gathered.
+    Sh2Float,
+    /// The same; all but the constants are bytes.
+    Sh2Bytes,
+    /// Spherical harmonics of order 1, as halfs.
+    Sh1,
+    /// Irradiance along six axes, as halfs.
+    AmbientCube,
+    /// Luma of order 2 and two differences of colour of order 1, as halfs.
+    ChromaSh1,
+    /// Luma of order 2 and the means of two differences of colour, as halfs.
+    ChromaConstant,
+}
+
+impl ProbeBasis {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Sh2,
+        Self::Sh2Float,
+        Self::Sh2Bytes,
+        Self::Sh1,
+        Self::AmbientCube,
+        Self::ChromaSh1,
+        Self::ChromaConstant,
+    ];
+
+    /// 4-byte words of a probe's light: `WORDS` of its module.
+    pub fn words(self) -> u32 {
+        match self {
+            Self::Sh2 => 14,
+            Self::Sh2Float => 27,
+            Self::Sh2Bytes => 8,
+            Self::Sh1 => 7,
+            Self::AmbientCube => 10,
+            Self::ChromaSh1 => 9,
+            Self::ChromaConstant => 6,
+        }
+    }
+
+    /// A variant with the modules of this basis.
+    pub fn of(self, variant: Variant) -> Variant {
+        match self {
+            Self::Sh2 => variant,
+            Self::Sh2Float => variant.with(BASIS_SH2_FLOAT),
+            Self::Sh2Bytes => variant.with(BASIS_SH2_BYTES),
+            Self::Sh1 => variant.with(BASIS_SH1),
+            Self::AmbientCube => variant.with(BASIS_AMBIENT_CUBE),
+            Self::ChromaSh1 => variant.with(BASIS_CHROMA_SH1),
+            Self::ChromaConstant => variant.with(BASIS_CHROMA_CONSTANT),
+        }
+    }
 }
 
 /// Settings of [`Probes`](super::Probes).
@@ -26,6 +91,10 @@ pub struct ProbeSettings {
     pub n_paths: u32,
     /// How often light is reflected before it reaches the surface that is seen, at least 1.
     pub n_bounces: u32,
+    /// How probes keep their light.
+    pub basis: ProbeBasis,
+    /// Whether probes move out of what they are inside of, and away from surfaces that are very near.
+    pub moves: bool,
     /// Which probes a point sees.
     pub visibility: ProbeVisibility,
     /// Whether probes behind the surface count less.
@@ -46,6 +115,8 @@ impl Default for ProbeSettings {
             cells: 32,
             n_paths: 256,
             n_bounces: 16,
+            basis: ProbeBasis::default(),
+            moves: true,
             visibility: ProbeVisibility::default(),
             wraps: true,
             normal_bias: 0.25,
@@ -62,16 +133,21 @@ const LEAST_DEVIATION: f32 = 0.02;
 impl ProbeSettings {
     /// What look-ups need to know.
     pub(super) fn field(&self, lattice: VoxelGrid) -> Probes {
-        // 1/(1 + λ l²(l + 1)²)
-        let factor = |l: f32| 1.0 / (1.0 + self.window * (l * (l + 1.0)).powi(2));
-        Probes {
+        settings!(Probes {
             lattice,
-            window: Vec3::new(1.0, factor(1.0), factor(2.0)),
             uses_distances: u32::from(self.visibility == ProbeVisibility::Distances),
             normal_bias: self.normal_bias,
             wraps: u32::from(self.wraps),
             least_variance: LEAST_DEVIATION * LEAST_DEVIATION,
             bleeding: self.bleeding,
-        }
+            ..Zeroable::zeroed()
+        })
+    }
+
+    /// Factors of the bands 0 to 2.
+    pub(super) fn window_factors(&self) -> Vec3 {
+        // 1/(1 + λ l²(l + 1)²)
+        let factor = |l: f32| 1.0 / (1.0 + self.window * (l * (l + 1.0)).powi(2));
+        Vec3::new(1.0, factor(1.0), factor(2.0))
     }
 }

@@ -39,7 +39,7 @@ impl ProbeVolume {
         Ok(Self {
             probes: Probes::new(gpu, scene, settings.0)?,
             settings,
-            shade: ShadePass::new(gpu, scene.shaders(), Some(scene.group())),
+            shade: ShadePass::new(gpu, scene.shaders(), Some(scene.group()), settings.0.basis),
         })
     }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Settings of `probe-volume`.
 
-use crate::components::probes::{ProbeSettings, ProbeVisibility};
+use crate::components::probes::{ProbeBasis, ProbeSettings, ProbeVisibility};
 use crate::components::voxel_light::setting;
 use crate::techniques::{Setting, SettingChoice, SettingKind, SettingValue, Settings};
 
@@ -15,6 +15,17 @@ const VISIBILITY: &[SettingChoice] = &[
         "distances",
         "probes that are farther away than what they see in that direction count less",
     ),
+];
+
+/// In the order of [`ProbeBasis::ALL`].
+const BASIS: &[SettingChoice] = &[
+    SettingChoice::new("sh2", "spherical harmonics of order 2 as halfs, 56 bytes"),
+    SettingChoice::new("sh2-float", "the same as f32, 108 bytes"),
+    SettingChoice::new("sh2-bytes", "the same, all but the constants as bytes, 32 bytes"),
+    SettingChoice::new("sh1", "spherical harmonics of order 1 as halfs, 28 bytes"),
+    SettingChoice::new("ambient-cube", "irradiance along six axes as halfs, 40 bytes"),
+    SettingChoice::new("chroma-sh1", "luma of order 2, hues of order 1, as halfs, 36 bytes"),
+    SettingChoice::new("chroma-constant", "luma of order 2, mean hues, as halfs, 24 bytes"),
 ];
 
 impl Settings for ProbeVolumeSettings {
@@ -36,6 +47,13 @@ impl Settings for ProbeVolumeSettings {
             "bounces",
             SettingKind::integer(1, 64),
             "How often light is reflected before it reaches the surface that is seen",
+        ),
+        Setting::new("basis", "", SettingKind::Choice(BASIS), "How probes keep their light"),
+        Setting::new(
+            "relocation",
+            "",
+            SettingKind::Switch,
+            "Move probes out of what they are inside of, and away from surfaces that are very near",
         ),
         Setting::new(
             "visibility",
@@ -72,17 +90,19 @@ impl Settings for ProbeVolumeSettings {
             0 => Integer(of.cells),
             1 => Integer(of.n_paths),
             2 => Integer(of.n_bounces),
-            3 => Word(
+            3 => Word(BASIS[ProbeBasis::ALL.iter().position(|b| *b == of.basis).unwrap_or(0)].name),
+            4 => Switch(of.moves),
+            5 => Word(
                 VISIBILITY[match of.visibility {
                     ProbeVisibility::None => 0,
                     ProbeVisibility::Distances => 1,
                 }]
                 .name,
             ),
-            4 => Switch(of.wraps),
-            5 => Number(of.normal_bias),
-            6 => Number(of.bleeding),
-            7 => Number(of.window),
+            6 => Switch(of.wraps),
+            7 => Number(of.normal_bias),
+            8 => Number(of.bleeding),
+            9 => Number(of.window),
             _ => Integer(of.seed),
         }
     }
@@ -95,16 +115,21 @@ impl Settings for ProbeVolumeSettings {
             (1, Integer(n)) => of.n_paths = n,
             (2, Integer(n)) => of.n_bounces = n,
             (3, Word(name)) => {
+                let ix = BASIS.iter().position(|choice| choice.name == name);
+                of.basis = ix.map(|ix| ProbeBasis::ALL[ix]).unwrap_or_default();
+            }
+            (4, Switch(is_on)) => of.moves = is_on,
+            (5, Word(name)) => {
                 of.visibility = match name {
                     "none" => ProbeVisibility::None,
                     _ => ProbeVisibility::Distances,
                 }
             }
-            (4, Switch(is_on)) => of.wraps = is_on,
-            (5, Number(cells)) => of.normal_bias = cells,
-            (6, Number(chance)) => of.bleeding = chance,
-            (7, Number(lambda)) => of.window = lambda,
-            (8, Integer(n)) => of.seed = n,
+            (6, Switch(is_on)) => of.wraps = is_on,
+            (7, Number(cells)) => of.normal_bias = cells,
+            (8, Number(chance)) => of.bleeding = chance,
+            (9, Number(lambda)) => of.window = lambda,
+            (10, Integer(n)) => of.seed = n,
             _ => {}
         }
     }

@@ -3,7 +3,7 @@
 
 use super::DebugView;
 use crate::bindings::kernels::probe_volume::shade as kernel;
-use crate::components::probes::Probes;
+use crate::components::probes::{ProbeBasis, Probes};
 use crate::frame::Pixels;
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders};
 
@@ -39,8 +39,14 @@ pub(super) struct ShadePass(ComputeKernel);
 
 impl ShadePass {
     /// `shaders`: with the module that finds the pixels' surfaces; `scene`: needed if that module uses the scene.
-    pub fn new(gpu: &Gpu, shaders: &Shaders, scene: Option<&SceneGroup>) -> Self {
-        Self(ComputeKernel::new(gpu, shaders, scene, "probe_volume/shade"))
+    pub fn new(
+        gpu: &Gpu,
+        shaders: &Shaders,
+        scene: Option<&SceneGroup>,
+        basis: ProbeBasis,
+    ) -> Self {
+        let shaders = shaders.with_variant(basis.of(shaders.variant()));
+        Self(ComputeKernel::new(gpu, &shaders, scene, "probe_volume/shade"))
     }
 
     /// Records the look-ups of a picture into `target`, `rgba32float`.

@@ -8,6 +8,7 @@
 //! workgroup owns its probe, and adds in a fixed order: the same input gives the same bytes.
 
 #import lucerna::camera::primary_ray::Camera
+#import lucerna::components::probes::gathered::COEFFICIENTS
 #import lucerna::fields::probe_lattice::{lattice, lattice_corner, lattice_position}
 #import lucerna::frame::pixel_sums::PixelSums
 #import lucerna::integrators::path::{Path, PathSettings, PATH_GOES_ON, PATH_INTERRUPTED, advance}
@@ -22,7 +23,6 @@
 
 /// Paths of a probe in one dispatch: one an invocation.
 const WORKGROUP: u32 = 64u;
-const COEFFICIENTS: u32 = 9u;
 
 struct GatherInfo {
     /// Paths that each probe has followed before, a multiple of WORKGROUP.
@@ -43,8 +43,8 @@ struct ProbeFaults {
 @group(1) @binding(0) var<uniform> info: GatherInfo;
 /// x: probes.
 @group(1) @binding(1) var<storage, read> counts: vec4<u32>;
-/// See `fields::probes`.
-@group(1) @binding(2) var<storage, read_write> light: array<vec4<f32>>;
+/// See `lucerna::components::probes::gathered`.
+@group(1) @binding(2) var<storage, read_write> gathered: array<vec4<f32>>;
 @group(1) @binding(3) var<storage, read_write> faults: ProbeFaults;
 
 var<workgroup> sums: array<array<vec3<f32>, COEFFICIENTS>, WORKGROUP>;
@@ -104,9 +104,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if local < COEFFICIENTS {
         let at = probe * COEFFICIENTS + local;
         let share = f32(WORKGROUP) / f32(info.first_path + WORKGROUP);
-        let known = light[at];
+        let known = gathered[at].rgb;
         // (What was known before the first path does not count, whatever it is.)
-        let before = select(known.rgb * (1.0 - share), vec3<f32>(0.0), info.first_path == 0u);
-        light[at] = vec4<f32>(before + sums[0][local] * share, known.a);
+        let before = select(known * (1.0 - share), vec3<f32>(0.0), info.first_path == 0u);
+        gathered[at] = vec4<f32>(before + sums[0][local] * share, 0.0);
     }
 }

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Packs the gathered light of each probe into its basis (`lucerna::components::probes::basis`).
+//!
+//! Bands are multiplied by a window against ringing. A probe that is inside something gets the mean light of those around it that are not,
+//! by the inverse square of their distance, so that a surface that finds no other probe is not dark.
+//!
+//! Dispatch: indirect, one invocation a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: none.
+
+#import lucerna::components::probes::basis::{WORDS, pack_light}
+#import lucerna::components::probes::gathered::COEFFICIENTS
+#import lucerna::components::probes::place::place_is_inside
+#import lucerna::components::voxels::bricks::{NO_SLOT, brick_of_cell, slot_in_brick}
+#import lucerna::components::voxels::grid::{is_inside, unpack_cell}
+#import lucerna::fields::probe_lattice::{lattice, lattice_corner, lattice_place, lattice_structure}
+#import lucerna::math::dispatch::group_of_dispatch
+#import lucerna::sh::window::sh2_window
+
+const WORKGROUP: u32 = 64u;
+
+struct PackInfo {
+    /// Factors of the bands 0 to 2 (`lucerna::sh::window`).
+    window: vec3<f32>,
+    reserved: u32,
+}
+
+@group(1) @binding(0) var<uniform> info: PackInfo;
+/// x: probes.
+@group(1) @binding(1) var<storage, read> counts: vec4<u32>;
+/// See `lucerna::components::probes::gathered`.
+@group(1) @binding(2) var<storage, read> gathered: array<vec4<f32>>;
+/// WORDS for each probe.
+@group(1) @binding(3) var<storage, read_write> light: array<u32>;
+
+/// Adds `weight` times what was gathered for a probe.
+fn add(sum: ptr<function, array<vec3<f32>, COEFFICIENTS>>, probe: u32, weight: f32) {
+    for (var k = 0u; k < COEFFICIENTS; k++) {
+        (*sum)[k] += weight * gathered[probe * COEFFICIENTS + k].rgb;
+    }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let probe = group_of_dispatch(group) * WORKGROUP + local;
+    if probe >= counts.x {
+        return;
+    }
+    var sum: array<vec3<f32>, COEFFICIENTS>;
+    var total = 0.0;
+    if place_is_inside(lattice_place(probe)) {
+        let corner = vec3<i32>(unpack_cell(lattice_corner(probe)));
+        for (var ix = 0u; ix < 27u; ix++) {
+            let step = vec3<i32>(vec3<u32>(ix % 3u, ix / 3u % 3u, ix / 9u)) - 1;
+            let at = corner + step;
+            if ix == 13u || !is_inside(lattice, at) {
+                continue;
+            }
+            let brick = lattice_structure[brick_of_cell(lattice, vec3<u32>(at))];
+            let other = slot_in_brick(brick, vec3<u32>(at));
+            if other != NO_SLOT && !place_is_inside(lattice_place(other)) {
+                let weight = 1.0 / f32(dot(step, step));
+                add(&sum, other, weight);
+                total += weight;
+            }
+        }
+    }
+    if total == 0.0 {
+        add(&sum, probe, 1.0);
+        total = 1.0;
+    }
+    for (var k = 0u; k < COEFFICIENTS; k++) {
+        sum[k] /= total;
+    }
+    var words = pack_light(sh2_window(sum, info.window));
+    for (var k = 0u; k < WORDS; k++) {
+        light[probe * WORDS + k] = words[k];
+    }
+}

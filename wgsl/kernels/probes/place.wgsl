@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Moves probes out of what they are inside of, and away from surfaces that are very near.
+//!
+//! Rays in 256 directions look for surfaces. If many end at backs of single-sided surfaces, or most of those that meet
+//! anything, the probe is inside something or behind a
+//! wall: it moves through the nearest back, to CLEARANCE beyond it. Otherwise, if a surface is nearer than CLEARANCE, it moves away from it,
+//! but not past the middle of a gap. It stays where it is if it would leave its part of the lattice (`MOST_MOVED`). After three such
+//! steps, whether it is inside something is decided where it is then.
+//!
+//! Dispatch: indirect, one workgroup a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 2560 bytes. The
+//! order of reduction is fixed: the same scene gives the same places.
+
+#import lucerna::components::probes::octahedral_map::{MAP_SIDE, direction_of_texel}
+#import lucerna::components::probes::place::{MOST_MOVED, pack_move, place_moved}
+#import lucerna::components::voxels::grid::{VoxelGrid, unpack_cell, world_from_grid}
+#import lucerna::math::dispatch::group_of_dispatch
+#import lucerna::scene::rays::nearest_hit
+#import lucerna::scene::surface::surface_at
+#import lucerna::scene::types::{Ray, hit_is_miss}
+
+/// One invocation for each texel of an octahedral map.
+const WORKGROUP: u32 = 64u;
+const_assert WORKGROUP == MAP_SIDE * MAP_SIDE;
+/// Rays along each side of a texel.
+const RAYS: u32 = 2u;
+/// The longest ray [cells].
+const MOST: f32 = 2.5;
+/// How far away from surfaces probes move [cells].
+const CLEARANCE: f32 = 0.2;
+/// Probes of whose rays this share ends at the back of a single-sided surface are inside or behind something; and those of whose rays
+/// that meet anything a half does (behind an edge, most meet nothing).
+const INSIDE_SHARE: f32 = 0.05;
+const STEPS: u32 = 3u;
+
+struct PlaceInfo {
+    /// 1: probes move; 0: they stay at their corners.
+    moves: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
+}
+
+struct PlaceCounts {
+    /// Probes that are not at their corner.
+    n_moved: atomic<u32>,
+    /// Probes that are inside something.
+    n_inside: atomic<u32>,
+}
+
+@group(1) @binding(0) var<uniform> info: PlaceInfo;
+@group(1) @binding(1) var<uniform> lattice: VoxelGrid;
+/// x: probes.
+@group(1) @binding(2) var<storage, read> counts: vec4<u32>;
+/// Of the lattice (`lucerna::components::voxels::bricks`); the second word of a probe becomes its place.
+@group(1) @binding(3) var<storage, read_write> structure: array<vec2<u32>>;
+@group(1) @binding(4) var<storage, read_write> placed: PlaceCounts;
+
+/// xyz: direction; w: distance of the nearest surface, and of the nearest back [cells].
+var<workgroup> nearest: array<vec4<f32>, WORKGROUP>;
+var<workgroup> nearest_back: array<vec4<f32>, WORKGROUP>;
+/// x: rays that end at backs; y: rays that meet anything.
+var<workgroup> n_met: array<vec2<u32>, WORKGROUP>;
+
+/// What one invocation's rays find from a place [cells of the lattice].
+fn look(place: vec3<f32>, local: u32) {
+    var own = vec4<f32>(0.0, 0.0, 0.0, MOST);
+    var own_back = own;
+    var n = vec2<u32>(0u);
+    for (var ix = 0u; ix < RAYS * RAYS; ix++) {
+        let inside = (vec2<f32>(vec2<u32>(ix % RAYS, ix / RAYS)) + 0.5) / f32(RAYS);
+        let direction = direction_of_texel(local, inside);
+        let hit = nearest_hit(Ray(world_from_grid(lattice, place), 0.0, direction, MOST * lattice.cell));
+        if hit_is_miss(hit) {
+            continue;
+        }
+        let found = vec4<f32>(direction, hit.t / lattice.cell);
+        n.y += 1u;
+        if found.w < own.w {
+            own = found;
+        }
+        let surface = surface_at(hit.triangle, hit.barycentrics);
+        if dot(surface.geometric_normal, direction) > 0.0 && !surface.double_sided {
+            n.x += 1u;
+            if found.w < own_back.w {
+                own_back = found;
+            }
+        }
+    }
+    nearest[local] = own;
+    nearest_back[local] = own_back;
+    n_met[local] = n;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let probe = group_of_dispatch(group);
+    // (Uniform over the workgroup.)
+    if probe >= counts.x {
+        return;
+    }
+    let at = lattice.bricks.x * lattice.bricks.y * lattice.bricks.z + probe;
+    let corner = vec3<f32>(unpack_cell(structure[at].x));
+    var moved = vec3<f32>(0.0);
+    var is_inside = false;
+    for (var step = 0u; step <= STEPS; step++) {
+        look(corner + moved, local);
+        workgroupBarrier();
+        for (var reach = WORKGROUP / 2u; reach > 0u; reach /= 2u) {
+            if local < reach {
+                n_met[local] += n_met[local + reach];
+                if nearest[local + reach].w < nearest[local].w {
+                    nearest[local] = nearest[local + reach];
+                }
+                if nearest_back[local + reach].w < nearest_back[local].w {
+                    nearest_back[local] = nearest_back[local + reach];
+                }
+            }
+            workgroupBarrier();
+        }
+        let surface = nearest[0];
+        let back = nearest_back[0];
+        let met = n_met[0];
+        is_inside = f32(met.x) > INSIDE_SHARE * f32(WORKGROUP * RAYS * RAYS) || 2u * met.x > met.y;
+        workgroupBarrier();
+        if step == STEPS || info.moves == 0u {
+            break;
+        }
+        var next = moved;
+        if is_inside {
+            next += back.xyz * (back.w + CLEARANCE);
+        } else if surface.w < CLEARANCE {
+            let away = Ray(world_from_grid(lattice, corner + moved), 0.0, -surface.xyz, 2.0 * CLEARANCE * lattice.cell);
+            let hit = nearest_hit(away);
+            let free = select(hit.t / lattice.cell, 2.0 * CLEARANCE, hit_is_miss(hit));
+            next -= surface.xyz * max(min(CLEARANCE - surface.w, 0.5 * (free - surface.w)), 0.0);
+        }
+        if all(abs(next) <= vec3<f32>(MOST_MOVED)) {
+            // (As it is kept.)
+            moved = place_moved(pack_move(next, false));
+        }
+    }
+    if local == 0u {
+        structure[at].y = pack_move(moved, is_inside);
+        if any(moved != vec3<f32>(0.0)) {
+            atomicAdd(&placed.n_moved, 1u);
+        }
+        if is_inside {
+            atomicAdd(&placed.n_inside, 1u);
+        }
+    }
+}

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a probe holds: spherical harmonics of order 1, as halfs. 28 bytes with their exponent.
+//!
+//! Interface: `WORDS`, `pack_light`, `unpack_light`.
+#define_import_path lucerna::components::probes::basis
+
+#import lucerna::components::probes::probe_light::ProbeLight
+#import lucerna::components::probes::scaled_halfs::{exponent_of, packing_factor, unpacking_factor}
+#import lucerna::math::half::{pack_half, unpack_half}
+
+/// Words of a probe.
+const WORDS: u32 = 7u;
+
+/// `radiance`: coefficients of order 2 [W·sr⁻¹·m⁻²], of which band 2 is left out. An error is at most 2⁻¹⁰ of the largest.
+fn pack_light(radiance: array<vec3<f32>, 9>) -> array<u32, WORDS> {
+    var c = radiance;
+    var largest = 0.0;
+    for (var k = 0u; k < 4u; k++) {
+        largest = max(largest, max(abs(c[k].x), max(abs(c[k].y), abs(c[k].z))));
+    }
+    let exponent = exponent_of(largest);
+    let factor = packing_factor(exponent);
+    var words: array<u32, WORDS>;
+    for (var k = 0u; k < 6u; k++) {
+        let a = 2u * k;
+        words[k] = pack_half(vec2<f32>(c[a / 3u][a % 3u], c[(a + 1u) / 3u][(a + 1u) % 3u]) * factor);
+    }
+    words[6] = exponent;
+    return words;
+}
+
+/// The light of [`pack_light`].
+fn unpack_light(packed: array<u32, WORDS>) -> ProbeLight {
+    var words = packed;
+    let factor = unpacking_factor(words[6]);
+    var light: ProbeLight;
+    // Two colours are three words.
+    for (var k = 0u; k < 2u; k++) {
+        let a = unpack_half(words[3u * k]);
+        let b = unpack_half(words[3u * k + 1u]);
+        let c = unpack_half(words[3u * k + 2u]);
+        light.coefficients[2u * k] = vec3<f32>(a, b.x) * factor;
+        light.coefficients[2u * k + 1u] = vec3<f32>(b.y, c) * factor;
+    }
+    return light;
+}
