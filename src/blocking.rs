@@ -2,9 +2,15 @@
 //! Functions that wait for the GPU, for programs and tests. Nothing else in the library waits.
 
 use crate::components::convergence;
+#[cfg(feature = "bake")]
+use crate::components::probes::{BakedProbe, ProbeBake, Probes};
+#[cfg(feature = "bake")]
+use crate::components::voxels::{VoxelCounts, n_bricks};
 use crate::frame::{DirectSettings, FrameError, FramePasses, View, ViewSettings};
 use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder, check_not_empty};
 use crate::scene::Camera;
+#[cfg(feature = "bake")]
+use crate::scene::SceneFingerprint;
 use crate::seam::{Mismatch, SceneSeam};
 use crate::techniques::reference::{
     Film, LongSums, PathCounts, PathTracer, PixelSums, ReferenceSettings, UnfinishedPaths, Work,
@@ -478,6 +484,45 @@ pub fn read_light_to_come(gpu: &Gpu, technique: &dyn Technique) -> Result<Option
     let Some(stat) = technique.light_to_come() else { return Ok(None) };
     let ppm = read_stat(gpu, &stat)?;
     Ok((ppm != u64::from(convergence::UNKNOWN)).then_some(ppm as f32 * 1e-6))
+}
+
+/// Reads what probes hold, after all submitted work. `scene`: the fingerprint of the scene that they were made for.
+///
+/// # Errors
+/// The device was lost.
+#[cfg(feature = "bake")]
+pub fn read_probes(
+    gpu: &Gpu,
+    probes: &Probes,
+    scene: SceneFingerprint,
+) -> Result<ProbeBake, LostGpu> {
+    let counts: VoxelCounts =
+        bytemuck::pod_read_unaligned(&read_buffer(gpu, probes.occupancy().counts())?[..48]);
+    let n = counts.n_voxels as usize;
+    let lattice = probes.lattice();
+    let first = n_bricks(lattice) as usize;
+    let structure: Vec<[u32; 2]> = words(&read_buffer(gpu, probes.occupancy().structure())?);
+    let gathered: Vec<[[f32; 4]; 9]> = words(&read_buffer(gpu, probes.gathered())?);
+    let distances: Vec<[u32; 64]> = words(&read_buffer(gpu, probes.distances())?);
+    let probe = |ix: usize| {
+        let [corner, place] = structure[first + ix];
+        BakedProbe { corner, place, gathered: gathered[ix], distances: distances[ix] }
+    };
+    Ok(ProbeBake {
+        scene,
+        settings: *probes.settings(),
+        n_paths: probes.n_paths(),
+        origin: lattice.origin,
+        cell: lattice.cell,
+        size: lattice.size,
+        probes: (0..n).map(probe).collect(),
+    })
+}
+
+/// Whole items of a buffer that may end with a part of one.
+#[cfg(feature = "bake")]
+fn words<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> Vec<T> {
+    bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
 }
 
 /// Reads the number of a [`Stat`], after all submitted work.

@@ -17,6 +17,7 @@ macro_rules! errln {
     }};
 }
 
+mod bake;
 mod bench;
 mod compare;
 mod doctor;
@@ -51,6 +52,8 @@ enum Command {
     /// Render a scene with the path tracer: the ground truth.
     #[command(allow_negative_numbers = true)]
     Reference(render::ReferenceArguments),
+    /// Compute a technique's light once, for `render --bake`.
+    Bake(bake::BakeArguments),
     /// Measure how much a picture differs from another.
     Compare(compare::CompareArguments),
     /// Put pictures side by side, with labels and with how much each differs from the first.
@@ -83,6 +86,7 @@ fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(arguments) => render::render(&arguments),
         Command::Reference(arguments) => render::reference(&arguments),
+        Command::Bake(arguments) => bake::bake(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Sheet(arguments) => sheet::sheet(&arguments),
         Command::Kernels(arguments) => kernels::kernels(&arguments),

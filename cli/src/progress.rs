@@ -11,6 +11,9 @@ const LINE_INTERVAL: Duration = Duration::from_secs(10);
 pub struct Meter {
     name: &'static str,
     bar: Option<ProgressBar>,
+    started: Instant,
+    /// What was done when it was first shown.
+    first: Option<u64>,
     last_line: Instant,
 }
 
@@ -24,16 +27,22 @@ impl Meter {
                 style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "),
             )
         });
-        Self { name, bar, last_line: Instant::now() }
+        let now = Instant::now();
+        Self { name, bar, started: now, first: None, last_line: now }
     }
 
     pub fn show(&mut self, done: u64, total: u64) {
+        let first = *self.first.get_or_insert(done);
         if let Some(bar) = &self.bar {
             bar.set_length(total);
             bar.set_position(done);
         } else if self.last_line.elapsed() >= LINE_INTERVAL {
             self.last_line = Instant::now();
-            errln!("{}: {:.0} %", self.name, 100.0 * done as f64 / total.max(1) as f64);
+            let new = done.saturating_sub(first);
+            let left = total.saturating_sub(done) as f64;
+            let seconds = self.started.elapsed().as_secs_f64() / new as f64 * left;
+            let left = if new > 0 { format!(", about {seconds:.0} s left") } else { String::new() };
+            errln!("{}: {:.0} %{left}", self.name, 100.0 * done as f64 / total.max(1) as f64);
         }
     }
 

@@ -2,19 +2,19 @@
 //! `lucerna render` and `lucerna reference`.
 
 mod realtime;
-mod settings;
+pub mod settings;
 
 use super::CommandResult;
 use super::progress::Meter;
-use super::scene_args::{AdapterArguments, Prepared, SceneArguments};
+use super::scene_args::{AdapterArguments, Prepared, SceneArguments, ViewArguments};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use glam::UVec2;
-use lucerna::blocking::render_reference;
+use lucerna::blocking::{LostGpu, read_stat, render_reference};
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
 use lucerna::picture::{PngOptions, ToneMap, check_whole_file, write_whole_file};
-use lucerna::scene::Camera;
+use lucerna::scene::{Camera, Scene};
 use lucerna::settings;
 use lucerna::techniques::reference::{Channel, PixelSums, ReferenceSettings, resolve};
 use lucerna::techniques::{Stat, TECHNIQUES};
@@ -119,6 +119,8 @@ const REFERENCE_BOUNCES: u32 = 16;
 pub struct RenderArguments {
     #[command(flatten)]
     scene: SceneArguments,
+    #[command(flatten)]
+    view: ViewArguments,
     /// How light is computed.
     #[arg(long, value_name = "TECHNIQUE", default_value = REFERENCE, value_parser = technique_parser())]
     technique: String,
@@ -154,6 +156,8 @@ fn technique_parser() -> PossibleValuesParser {
 pub struct ReferenceArguments {
     #[command(flatten)]
     scene: SceneArguments,
+    #[command(flatten)]
+    view: ViewArguments,
     /// Samples per pixel.
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     spp: u32,
@@ -177,7 +181,7 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
         return Err(format!("--{name} means nothing to the technique {REFERENCE}").into());
     }
     trace(
-        &arguments.scene,
+        (&arguments.scene, &arguments.view),
         &arguments.adapter,
         &arguments.output,
         arguments.frames,
@@ -186,17 +190,23 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
 }
 
 pub fn reference(arguments: &ReferenceArguments) -> CommandResult {
-    trace(&arguments.scene, &arguments.adapter, &arguments.output, arguments.spp, arguments.bounces)
+    trace(
+        (&arguments.scene, &arguments.view),
+        &arguments.adapter,
+        &arguments.output,
+        arguments.spp,
+        arguments.bounces,
+    )
 }
 
 fn trace(
-    scene: &SceneArguments,
+    scene: (&SceneArguments, &ViewArguments),
     adapter: &AdapterArguments,
     output: &OutputArguments,
     n_samples: u32,
     n_bounces: u32,
 ) -> CommandResult {
-    let Ready { camera, size, gpu, info, rays, gpu_scene } = prepare(scene, adapter, output)?;
+    let Ready { camera, size, gpu, info, rays, gpu_scene, .. } = prepare(scene, adapter, output)?;
     let settings = settings!(ReferenceSettings {
         size,
         n_bounces,
@@ -264,11 +274,12 @@ struct Ready {
     info: wgpu::AdapterInfo,
     rays: RaySource,
     gpu_scene: GpuScene,
+    scene: Scene,
 }
 
 /// Loads the scene, opens the device and uploads the scene to it.
 fn prepare(
-    scene: &SceneArguments,
+    (scene, view): (&SceneArguments, &ViewArguments),
     adapter: &AdapterArguments,
     output: &OutputArguments,
 ) -> Result<Ready, Box<dyn std::error::Error>> {
@@ -278,9 +289,20 @@ fn prepare(
         check_writable(file)?;
     }
     let diffuse_only = scene.diffuse;
-    let Prepared { scene, camera, size } = scene.prepare()?;
+    let Prepared { scene, camera, size } = scene.prepare(view)?;
     let (gpu, info, rays) = adapter.open()?;
-    let gpu_scene = GpuScene::new(&gpu, &scene, settings!(GpuSceneOptions { diffuse_only, rays }))?;
+    let gpu_scene = upload(&gpu, &scene, diffuse_only, rays)?;
+    Ok(Ready { camera, size, gpu, info, rays, gpu_scene, scene })
+}
+
+/// Uploads a scene, and says what it has.
+pub fn upload(
+    gpu: &Gpu,
+    scene: &Scene,
+    diffuse_only: bool,
+    rays: RaySource,
+) -> Result<GpuScene, Box<dyn std::error::Error>> {
+    let gpu_scene = GpuScene::new(gpu, scene, settings!(GpuSceneOptions { diffuse_only, rays }))?;
     if gpu_scene.skipped_triangles() > 0 {
         errln!(
             "warning: {} triangles have no area or are too far away, and are left out",
@@ -288,11 +310,32 @@ fn prepare(
         );
     }
     errln!("scene: {} triangles, {} lights", gpu_scene.n_triangles(), gpu_scene.n_lights());
-    Ok(Ready { camera, size, gpu, info, rays, gpu_scene })
+    Ok(gpu_scene)
+}
+
+/// Reads statistics, those with the same name (one per level) added up, and warns of those that should be 0.
+pub fn warn_of_faults(
+    gpu: &Gpu,
+    stats: impl IntoIterator<Item = Stat>,
+) -> Result<Vec<(Stat, u64)>, LostGpu> {
+    let mut out: Vec<(Stat, u64)> = Vec::new();
+    for stat in stats {
+        let number = read_stat(gpu, &stat)?;
+        match out.iter_mut().find(|(known, _)| known.name == stat.name) {
+            Some((_, sum)) => *sum += number,
+            None => out.push((stat, number)),
+        }
+    }
+    for (stat, number) in &out {
+        if let Some(advice) = stat.fault.filter(|_| *number > 0) {
+            errln!("warning: {}: {number} {}; {advice}", stat.name, stat.unit);
+        }
+    }
+    Ok(out)
 }
 
 /// Set by Ctrl-C. The second one ends the program at once.
-fn interrupt_flag() -> Result<Arc<AtomicBool>, ctrlc::Error> {
+pub fn interrupt_flag() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || {
@@ -345,7 +388,7 @@ fn for_file(
 }
 
 /// Fails early if the output cannot be written.
-fn check_writable(output: &Path) -> CommandResult {
+pub fn check_writable(output: &Path) -> CommandResult {
     check_whole_file(output)
         .map_err(|error| format!("cannot write {}: {error}", output.display()))?;
     Ok(())

@@ -16,10 +16,6 @@ use std::str::FromStr;
 pub struct SceneArguments {
     /// Scene file: .gltf, .glb or .obj.
     pub scene: PathBuf,
-    /// A camera of the file by its name, or "eye=x,y,z target=x,y,z fov=DEG" (vertical field of
-    /// view).
-    #[arg(long, value_name = "NAME|SPEC")]
-    camera: Option<CameraChoice>,
     /// Add a light: "kind=point|spot|directional position=x,y,z direction=x,y,z intensity=r,g,b
     /// inner=DEG outer=DEG range=M". Repeatable.
     #[arg(long, value_name = "SPEC")]
@@ -30,12 +26,21 @@ pub struct SceneArguments {
     /// Radiance of the sky: r,g,b, or an equirectangular picture (.hdr, .exr, .png, .jpg).
     #[arg(long, value_name = "R,G,B|FILE")]
     sky: Option<SkySpec>,
-    /// Picture size in pixels.
-    #[arg(long, value_name = "WxH", default_value = "640x360")]
-    size: SizeSpec,
     /// Replace every material with a Lambertian one whose albedo is the base colour.
     #[arg(long)]
     pub diffuse: bool,
+}
+
+/// Which picture of a scene.
+#[derive(Args, Clone, Debug)]
+pub struct ViewArguments {
+    /// A camera of the file by its name, or "eye=x,y,z target=x,y,z fov=DEG" (vertical field of
+    /// view).
+    #[arg(long, value_name = "NAME|SPEC")]
+    camera: Option<CameraChoice>,
+    /// Picture size in pixels.
+    #[arg(long, value_name = "WxH", default_value = "640x360")]
+    size: SizeSpec,
 }
 
 /// Which adapter to use, and what traces rays.
@@ -86,8 +91,15 @@ pub struct Prepared {
 }
 
 impl SceneArguments {
+    /// Loads the file, applies the flags and finds the camera. Warnings go to stderr.
+    pub fn prepare(&self, view: &ViewArguments) -> Result<Prepared, Box<dyn std::error::Error>> {
+        let scene = self.load()?;
+        let camera = find_camera(&self.scene, &scene, view.camera.as_ref(), view.size.0)?;
+        Ok(Prepared { scene, camera, size: view.size.0 })
+    }
+
     /// Loads the file and applies the flags. Warnings go to stderr.
-    pub fn prepare(&self) -> Result<Prepared, Box<dyn std::error::Error>> {
+    pub fn load(&self) -> Result<Scene, Box<dyn std::error::Error>> {
         let loaded = Scene::load(&self.scene, &LoadLimits::default())?;
         for warning in &loaded.warnings {
             errln!("warning: {warning}");
@@ -115,8 +127,7 @@ impl SceneArguments {
             );
             scene.sky = Sky::Constant(Vec3::ONE);
         }
-        let camera = find_camera(&self.scene, &scene, self.camera.as_ref(), self.size.0)?;
-        Ok(Prepared { scene, camera, size: self.size.0 })
+        Ok(scene)
     }
 }
 

@@ -9,6 +9,8 @@
 #[cfg_attr(not(all(feature = "gltf", feature = "obj")), allow(dead_code))]
 mod clean;
 mod error;
+#[cfg(feature = "bake")]
+mod fingerprint;
 #[cfg(feature = "gltf")]
 mod gltf;
 #[cfg(any(feature = "gltf", feature = "obj"))]
@@ -32,6 +34,8 @@ pub use self::error::{
     Attribute, DataProblem, DropReason, ErrorKind, ImageError, LineProblem, ResourceError,
     SceneError, Warning,
 };
+#[cfg(feature = "bake")]
+pub use self::fingerprint::SceneFingerprint;
 pub use self::limits::LoadLimits;
 pub use self::load::Loaded;
 pub use self::validate::InvalidScene;

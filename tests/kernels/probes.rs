@@ -254,8 +254,8 @@ pub fn gathered(probes: &Probes) -> Vec<[f32; 4]> {
     bytemuck::pod_collect_to_vec(&read(probes.gathered()))
 }
 
-/// Probes are at the corners of the cells that surfaces meet (as a voxelizer of its own finds them), and at every fourth corner and the last of
-/// each axis, each once, and nowhere else.
+/// Probes are at the corners of the cells that surfaces meet (as a voxelizer of its own finds them), at those of the middle cells (of two cells)
+/// that are next to them or around them, and at every fourth corner and the last of each axis, each once, and nowhere else.
 #[test]
 fn probes_are_at_the_corners_of_cells_with_surfaces_and_of_wide_cells() {
     let mut random = Random(7);
@@ -291,6 +291,20 @@ fn probes_are_at_the_corners_of_cells_with_surfaces_and_of_wide_cells() {
             for ix in 0..8 {
                 expected.insert((cell + IVec3::new(ix & 1, ix >> 1 & 1, ix >> 2)).as_uvec3());
             }
+            // Middle cells within one of its own: their corners are even, or the last.
+            let last = probes.lattice().size.as_ivec3() - 1;
+            let near = |k: usize| {
+                let own = cell[k] / 2;
+                (0..=last[k]).filter(move |at| {
+                    let ix = if *at == last[k] { (last[k] + 1) / 2 } else { at / 2 };
+                    (at % 2 == 0 || *at == last[k]) && (own - 1..=own + 2).contains(&ix)
+                })
+            };
+            for z in near(2) {
+                for y in near(1) {
+                    expected.extend(near(0).map(|x| IVec3::new(x, y, z).as_uvec3()));
+                }
+            }
         }
         let size = probes.lattice().size;
         let along = |n: u32| (0..n).filter(move |ix| ix % 4 == 0 || *ix == n - 1);
@@ -314,7 +328,7 @@ fn half(bits: u32) -> f64 {
 }
 
 /// In a room, the map of a probe inside holds the mean distance to the walls and the mean of its square over 4 × 4 directions of each
-/// texel, by f64, up to 2.5 cells. Tolerance: halfs (2⁻¹¹) and the rays' own, 1e-4 cells. Probes inside count, those
+/// texel, by f64, up to 2.5 cells, at corners of middle cells 4, of wide cells 7.5. Tolerance: halfs (2⁻¹¹) and the rays' own, 1e-4 cells. Probes inside count, those
 /// behind a wall see its back and hardly do, unless it has two sides. (Behind an edge, a probe sees little of two walls.)
 #[test]
 fn maps_hold_the_distances_to_the_walls() {
@@ -342,6 +356,17 @@ fn maps_hold_the_distances_to_the_walls() {
                 continue;
             }
             n_inside += 1;
+            let last = probes.lattice().size - 1;
+            let is_of = |stride: u32| {
+                (0..3).all(|k| placed.corner[k] % stride == 0 || placed.corner[k] == last[k])
+            };
+            let most = if is_of(4) {
+                7.5
+            } else if is_of(2) {
+                4.0
+            } else {
+                2.5
+            };
             for texel in 0..MAP_SIDE * MAP_SIDE {
                 let mut mean = DVec2::ZERO;
                 for ix in 0..16 {
@@ -351,7 +376,7 @@ fn maps_hold_the_distances_to_the_walls() {
                         let wall = if d[k] > 0.0 { max[k] } else { min[k] };
                         if d[k] == 0.0 { f64::MAX } else { (wall - at[k]) / d[k] }
                     });
-                    let distance = (away.fold(f64::MAX, f64::min) / cell).min(2.5);
+                    let distance = (away.fold(f64::MAX, f64::min) / cell).min(most);
                     mean += DVec2::new(distance, distance * distance) / 16.0;
                 }
                 let word = texels[probe * (MAP_SIDE * MAP_SIDE) as usize + texel as usize];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The technique `probe-volume` as a whole: through pixels, against closed forms, the path tracer and itself.
 
+mod bake;
 #[allow(dead_code)]
 #[path = "../kernels/harness.rs"]
 mod harness;

@@ -5,7 +5,7 @@
 //! `lucerna::components::voxels::bricks`, over the lattice of corners instead of cells.
 #define_import_path lucerna::fields::probes
 
-#import lucerna::components::probes::air::{AIR_STRIDE, air_below}
+#import lucerna::components::probes::air::{MIDDLE_STRIDE, WIDE_STRIDE, air_below}
 #import lucerna::components::probes::basis::{WORDS, unpack_light}
 #import lucerna::components::probes::octahedral_map::{MAP_SIDE, map_taps}
 #import lucerna::components::probes::place::{place_is_inside, place_moved}
@@ -134,18 +134,45 @@ fn blend_probe(sum: ptr<function, Blended>, probe: u32, share: f32, query: Probe
     }
 }
 
-/// Adds what is interpolated at a corner without a probe, from the corners of the wide cell around it.
-fn blend_air(sum: ptr<function, Blended>, corner: vec3<u32>, share: f32, query: ProbeQuery) {
-    let low = air_below(corner);
-    let high = min(low + AIR_STRIDE, probes.lattice.size - 1u);
+/// A corner of a cell of the air, and its share of the interpolation.
+struct AirCorner {
+    corner: vec3<u32>,
+    share: f32,
+}
+
+/// The corner `ix` (0 to 7) of the cell of a stride around a corner of the lattice, and its share there.
+fn corner_around(corner: vec3<u32>, stride: u32, ix: u32) -> AirCorner {
+    let low = air_below(corner, stride);
+    let high = min(low + stride, probes.lattice.size - 1u);
     let upper = vec3<f32>(corner - low) / vec3<f32>(max(high - low, vec3<u32>(1u)));
+    let is_upper = ((vec3<u32>(ix) >> vec3<u32>(0u, 1u, 2u)) & vec3<u32>(1u)) != vec3<u32>(0u);
+    let along = select(1.0 - upper, upper, is_upper);
+    return AirCorner(select(low, high, is_upper), along.x * along.y * along.z);
+}
+
+/// Adds what is interpolated at a corner of a middle cell without a probe, from the corners of the wide cell around it.
+fn blend_wide(sum: ptr<function, Blended>, corner: vec3<u32>, share: f32, query: ProbeQuery) {
     for (var ix = 0u; ix < 8u; ix++) {
-        let is_upper = ((vec3<u32>(ix) >> vec3<u32>(0u, 1u, 2u)) & vec3<u32>(1u)) != vec3<u32>(0u);
-        let along = select(1.0 - upper, upper, is_upper);
-        let part = share * along.x * along.y * along.z;
-        let probe = probe_of_corner(vec3<i32>(select(low, high, is_upper)));
-        if part > 0.0 && probe != NO_SLOT {
-            blend_probe(sum, probe, part, query);
+        let around = corner_around(corner, WIDE_STRIDE, ix);
+        let probe = probe_of_corner(vec3<i32>(around.corner));
+        if around.share > 0.0 && probe != NO_SLOT {
+            blend_probe(sum, probe, share * around.share, query);
+        }
+    }
+}
+
+/// Adds what is interpolated at a corner without a probe, from the corners of the middle cell around it.
+fn blend_air(sum: ptr<function, Blended>, corner: vec3<u32>, share: f32, query: ProbeQuery) {
+    for (var ix = 0u; ix < 8u; ix++) {
+        let around = corner_around(corner, MIDDLE_STRIDE, ix);
+        if around.share == 0.0 {
+            continue;
+        }
+        let probe = probe_of_corner(vec3<i32>(around.corner));
+        if probe != NO_SLOT {
+            blend_probe(sum, probe, share * around.share, query);
+        } else {
+            blend_wide(sum, around.corner, share * around.share, query);
         }
     }
 }
@@ -154,7 +181,7 @@ fn blend_air(sum: ptr<function, Blended>, corner: vec3<u32>, share: f32, query: 
 /// there are none.
 ///
 /// Trilinear in the cell of the lattice around the point, times `probe_weight`; a corner without a probe (in the air) stands for those
-/// of its wide cell. The light is blended first, and evaluated once. A point outside the lattice gets the light of its border.
+/// of its middle or wide cell. The light is blended first, and evaluated once. A point outside the lattice gets the light of its border.
 /// `position` [m]; `normal`: unit length, on the side that is lit.
 fn probe_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
     let point = grid_from_world(probes.lattice, position);

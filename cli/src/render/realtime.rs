@@ -2,19 +2,21 @@
 //! `lucerna render --technique …` for techniques that render frames.
 
 use super::{
-    ChannelArgument, Ready, RenderArguments, interrupt_flag, prepare, write_picture, write_timings,
+    ChannelArgument, Ready, RenderArguments, interrupt_flag, prepare, warn_of_faults,
+    write_picture, write_timings,
 };
 use crate::CommandResult;
 use crate::progress::Meter;
 use clap::Args;
-use lucerna::blocking::{
-    FrameStats, FramesToRender, LostGpu, Progress, read_film, read_stat, render_frames_with,
-};
+use lucerna::blocking::{FrameStats, FramesToRender, Progress, read_film, render_frames_with};
 use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettings};
 use lucerna::frame::{DirectSettings, FramePasses, ViewSettings};
 use lucerna::gpu::Gpu;
+use lucerna::gpu_scene::GpuScene;
+use lucerna::scene::{Scene, SceneFingerprint};
 use lucerna::settings;
-use lucerna::techniques::{Stat, Technique, TechniqueEntry};
+use lucerna::techniques::probe_volume::{ProbeVolume, ProbeVolumeSettings};
+use lucerna::techniques::{Settings, TechniqueEntry};
 use std::sync::atomic::Ordering;
 
 /// Arguments that only techniques that render frames use.
@@ -42,6 +44,10 @@ pub struct RealtimeArguments {
     /// Show a debug view of the technique instead of its light (voxel-rt: irradiance, cells, levels).
     #[arg(long, value_name = "NAME")]
     debug_view: Option<String>,
+    /// Use the light of a file that `lucerna bake` wrote. Repeatable, for files with the same probes, whose light is added up: FILE=0.5 is half
+    /// of its light (only `probe-volume`).
+    #[arg(long, value_name = "FILE[=WEIGHT]", value_parser = parse_bake)]
+    bake: Vec<BakeChoice>,
     /// With `--shadows pcss`: radius of point and spot lights [m].
     #[arg(long, value_name = "M", default_value_t = 0.1, value_parser = parse_radius)]
     light_radius: f32,
@@ -64,8 +70,11 @@ enum ShadowArgument {
 impl RealtimeArguments {
     /// The flag, if any, that means nothing to the reference.
     pub fn not_of_reference(&self) -> Option<&'static str> {
-        let has_shadows = self.shadows != ShadowArgument::Rays;
-        if has_shadows { Some("shadows") } else { self.debug_view.as_ref().map(|_| "debug-view") }
+        match () {
+            () if self.shadows != ShadowArgument::Rays => Some("shadows"),
+            () if self.debug_view.is_some() => Some("debug-view"),
+            () => (!self.bake.is_empty()).then_some("bake"),
+        }
     }
 
     /// How shadow maps are filtered; None: no shadow maps.
@@ -79,6 +88,55 @@ impl RealtimeArguments {
             }),
         }
     }
+}
+
+/// A file of baked light, and how much of it.
+#[derive(Clone, Debug)]
+struct BakeChoice {
+    file: std::path::PathBuf,
+    weight: f32,
+}
+
+fn parse_bake(text: &str) -> Result<BakeChoice, String> {
+    let whole = |weight| BakeChoice { file: text.into(), weight };
+    let Some((file, weight)) = text.rsplit_once('=') else { return Ok(whole(1.0)) };
+    match weight.parse::<f32>() {
+        Ok(weight) if (0.0..=1e6).contains(&weight) => Ok(BakeChoice { file: file.into(), weight }),
+        Ok(_) => Err("expected a weight between 0 and 1e6".into()),
+        // A name with a sign.
+        Err(_) => Ok(whole(1.0)),
+    }
+}
+
+/// Settings that a bake has fixed.
+const BAKED: [&str; 6] = ["cells", "paths", "bounces", "noise", "relocation", "seed"];
+
+/// The technique with baked light. Says what has changed in the scene since.
+fn from_bakes(
+    gpu: &Gpu,
+    gpu_scene: &GpuScene,
+    (scene, diffuse_only): (&Scene, bool),
+    settings: &[(&str, &str)],
+    bakes: &[BakeChoice],
+) -> Result<ProbeVolume, Box<dyn std::error::Error>> {
+    let settings = ProbeVolumeSettings::from_texts(settings)?;
+    let fingerprint = SceneFingerprint::of(scene, diffuse_only, &|_| false);
+    let mut read = Vec::new();
+    for choice in bakes {
+        let bake = crate::bake::read(&choice.file)?;
+        let file = choice.file.display();
+        let changes = bake.check(&fingerprint).map_err(|error| format!("{file}: {error}"))?;
+        // Several are of several lights.
+        for change in changes.iter().filter(|of| bakes.len() == 1 || !of.starts_with("lights")) {
+            errln!("warning: {file}: {change}");
+        }
+        read.push(bake);
+    }
+    let read: Vec<_> = read.iter().collect();
+    let mut made = ProbeVolume::from_bakes(gpu, gpu_scene, settings, &read)?;
+    let weights: Vec<_> = bakes.iter().map(|choice| choice.weight).collect();
+    made.probes_mut().set_weights(&weights);
+    Ok(made)
 }
 
 /// Angular radius of the sun [degrees].
@@ -114,8 +172,8 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
     let (bounces, seed) = (arguments.bounces.map(|n| n.to_string()), output.seed.to_string());
     settings.extend(bounces.as_deref().filter(|_| has("bounces")).map(|n| ("bounces", n)));
     settings.extend(has("seed").then_some(("seed", seed.as_str())));
-    let Ready { camera, size, gpu, info, rays, gpu_scene } =
-        prepare(&arguments.scene, &arguments.adapter, output)?;
+    let Ready { camera, size, gpu, info, rays, gpu_scene, scene } =
+        prepare((&arguments.scene, &arguments.view), &arguments.adapter, output)?;
     let maps = match arguments.realtime.filtering() {
         Some(filtering) => {
             let settings = ShadowSettings::new(arguments.realtime.shadow_size, filtering);
@@ -124,7 +182,31 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         None => None,
     };
     let of_voxels = maps.as_ref().map(ShadowMaps::visibility).unwrap_or_default();
-    let mut made = technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?;
+    let mut made = match arguments.realtime.bake.as_slice() {
+        [] => technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?,
+        bakes if technique.name == "probe-volume" => {
+            if let Some((name, _)) = settings.iter().find(|(name, _)| {
+                BAKED.contains(name)
+                    && (*name != "seed")
+                    && !(*name == "bounces" && arguments.bounces.is_none())
+            }) {
+                return Err(
+                    format!("--{name} is the bake's: it cannot be chosen with --bake").into()
+                );
+            }
+            let of_look_up: Vec<_> =
+                settings.iter().copied().filter(|(name, _)| !BAKED.contains(name)).collect();
+            Box::new(from_bakes(
+                &gpu,
+                &gpu_scene,
+                (&scene, arguments.scene.diffuse),
+                &of_look_up,
+                bakes,
+            )?)
+        }
+        _ => return Err(format!("--bake means nothing to the technique {}", technique.name).into()),
+    };
+    drop(scene);
     for notice in made.notices() {
         errln!("{}{}", if notice.is_warning { "warning: " } else { "" }, notice.text);
     }
@@ -201,12 +283,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
             stats.n_frames
         );
     }
-    let stats_of_technique = read_stats(&gpu, &*made)?;
-    for (stat, number) in &stats_of_technique {
-        if let Some(advice) = stat.fault.filter(|_| *number > 0) {
-            errln!("warning: {}: {number} {}; {advice}", stat.name, stat.unit);
-        }
-    }
+    let stats_of_technique = warn_of_faults(&gpu, made.stats())?;
     report_settling(&stats, arguments.realtime.settled);
     let channel = match arguments.realtime.debug_view {
         Some(_) => ChannelArgument::Indirect,
@@ -253,17 +330,4 @@ fn report_settling(stats: &FrameStats, settled: f32) {
             n.saturating_mul(2)
         );
     }
-}
-
-/// All statistics of a technique; those with the same name (one per level) are added up.
-fn read_stats(gpu: &Gpu, technique: &dyn Technique) -> Result<Vec<(Stat, u64)>, LostGpu> {
-    let mut out: Vec<(Stat, u64)> = Vec::new();
-    for stat in technique.stats() {
-        let number = read_stat(gpu, &stat)?;
-        match out.iter_mut().find(|(known, _)| known.name == stat.name) {
-            Some((_, sum)) => *sum += number,
-            None => out.push((stat, number)),
-        }
-    }
-    Ok(out)
 }

@@ -2,6 +2,7 @@
 //! The `lucerna` program from outside: exit codes, what goes to which stream, and the files it leaves.
 
 mod arguments;
+mod bake;
 mod inspect;
 mod pictures;
 mod support;

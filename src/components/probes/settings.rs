@@ -91,6 +91,8 @@ pub struct ProbeSettings {
     pub n_paths: u32,
     /// How often light is reflected before it reaches the surface that is seen, at least 1.
     pub n_bounces: u32,
+    /// A probe stops before, once the standard error of its mean light is at most this share of it, 0 to 1; 0: it never does.
+    pub noise: f32,
     /// How probes keep their light.
     pub basis: ProbeBasis,
     /// Whether probes move out of what they are inside of, and away from surfaces that are very near.
@@ -115,6 +117,7 @@ impl Default for ProbeSettings {
             cells: 32,
             n_paths: 256,
             n_bounces: 16,
+            noise: 0.0,
             basis: ProbeBasis::default(),
             moves: true,
             visibility: ProbeVisibility::default(),
@@ -131,6 +134,20 @@ impl Default for ProbeSettings {
 const LEAST_DEVIATION: f32 = 0.02;
 
 impl ProbeSettings {
+    /// These settings of a bake, with another's settings of the look-up.
+    #[cfg(feature = "bake")]
+    pub(super) fn with_look_up(&self, of: &Self) -> Self {
+        Self {
+            cells: self.cells,
+            n_paths: self.n_paths,
+            n_bounces: self.n_bounces,
+            noise: self.noise,
+            moves: self.moves,
+            seed: self.seed,
+            ..*of
+        }
+    }
+
     /// What look-ups need to know.
     pub(super) fn field(&self, lattice: VoxelGrid) -> Probes {
         settings!(Probes {

@@ -73,6 +73,11 @@ pub enum VoxelError {
         /// Faces per voxel.
         n_faces: u32,
     },
+    /// Bakes whose probes are at other places cannot be blended.
+    #[error(
+        "the bakes have their probes at other places, so that they cannot be blended: bake them with the same cells"
+    )]
+    OtherProbes,
     /// The scene differs from the one that the voxelizer was made for.
     #[error(transparent)]
     Mismatch(#[from] crate::seam::Mismatch),

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! From bits to a structure: the kernels `voxels/count_bricks` and `write_structure`.
 
+#[cfg(feature = "bake")]
+use crate::bindings::lucerna::{
+    components::voxels::counts::COUNTED_WORKGROUP, math::dispatch::DISPATCH_ROW,
+};
+
 use super::ADVICE;
 use super::grid::{VoxelGrid, n_bricks};
 use super::scan::{Scan, ScanPlan};
@@ -38,7 +43,8 @@ impl Occupancy {
         let before = storage_buffer(gpu, "voxels before each brick", (n + 1) * 4, none, ADVICE)?;
         let structure_bytes = 8 * (n + u64::from(grid.capacity));
         let count_bytes = size_of::<VoxelCounts>() as u64;
-        let counted = wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::UNIFORM;
+        let copied = wgpu::BufferUsages::COPY_DST;
+        let counted = copied | wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::UNIFORM;
         let scan = Scan::new(gpu);
         let plan = scan.plan(gpu, &before, n_bricks(grid) + 1)?;
         let kernel = |name| ComputeKernel::new(gpu, &Shaders::default(), None, name);
@@ -48,7 +54,7 @@ impl Occupancy {
             scan,
             plan,
             before,
-            structure: storage_buffer(gpu, "voxel structure", structure_bytes, none, ADVICE)?,
+            structure: storage_buffer(gpu, "voxel structure", structure_bytes, copied, ADVICE)?,
             counts: storage_buffer(gpu, "voxel counts", count_bytes, counted, ADVICE)?,
         })
     }
@@ -79,6 +85,24 @@ impl Occupancy {
             .bind("structure", &self.structure)
             .bind("counts", &self.counts)
             .dispatch(n);
+    }
+
+    /// Uploads a structure that is known: its words, with `n_voxels` of them after those of the bricks.
+    #[cfg(feature = "bake")]
+    pub(crate) fn upload(&self, gpu: &Gpu, grid: &VoxelGrid, words: &[[u32; 2]], n_voxels: u32) {
+        gpu.queue.write_buffer(&self.structure, 0, bytemuck::cast_slice(words));
+        let groups = |n_items: u32| {
+            let n = n_items.div_ceil(COUNTED_WORKGROUP);
+            glam::UVec3::new(n.min(DISPATCH_ROW), n.div_ceil(DISPATCH_ROW), 1)
+        };
+        let counts = VoxelCounts {
+            n_voxels,
+            n_records: n_voxels * grid.n_faces,
+            voxel_groups: groups(n_voxels),
+            record_groups: groups(n_voxels * grid.n_faces),
+            ..bytemuck::Zeroable::zeroed()
+        };
+        gpu.queue.write_buffer(&self.counts, 0, bytemuck::bytes_of(&counts));
     }
 
     /// `array<vec2<u32>>`: for each brick its occupied bits and first slot, then `capacity` entries

@@ -43,6 +43,28 @@ impl ProbeVolume {
         })
     }
 
+    /// As [`Self::new`], with the light of bakes ([`Probes::from_bakes`]).
+    ///
+    /// # Errors
+    /// [`TechniqueError`]: as [`Self::new`], or the bakes do not fit together.
+    #[cfg(feature = "bake")]
+    pub fn from_bakes(
+        gpu: &Gpu,
+        scene: &dyn SceneSeam,
+        settings: ProbeVolumeSettings,
+        bakes: &[&crate::components::probes::ProbeBake],
+    ) -> Result<Self, TechniqueError> {
+        settings.check()?;
+        let probes = Probes::from_bakes(gpu, scene, settings.0, bakes)?;
+        let shade = ShadePass::new(gpu, scene.shaders(), Some(scene.group()), settings.0.basis);
+        Ok(Self { settings: ProbeVolumeSettings(*probes.settings()), probes, shade })
+    }
+
+    /// The component that stores its light, to blend bakes.
+    pub fn probes_mut(&mut self) -> &mut Probes {
+        &mut self.probes
+    }
+
     /// The component that stores its light.
     pub fn probes(&self) -> &Probes {
         &self.probes

@@ -48,6 +48,12 @@ impl Settings for ProbeVolumeSettings {
             SettingKind::integer(1, 64),
             "How often light is reflected before it reaches the surface that is seen",
         ),
+        Setting::new(
+            "noise",
+            "",
+            SettingKind::number(0.0, 1.0),
+            "Let a probe stop before, once its light is known to this share (standard error); 0: it never does",
+        ),
         Setting::new("basis", "", SettingKind::Choice(BASIS), "How probes keep their light"),
         Setting::new(
             "relocation",
@@ -90,19 +96,20 @@ impl Settings for ProbeVolumeSettings {
             0 => Integer(of.cells),
             1 => Integer(of.n_paths),
             2 => Integer(of.n_bounces),
-            3 => Word(BASIS[ProbeBasis::ALL.iter().position(|b| *b == of.basis).unwrap_or(0)].name),
-            4 => Switch(of.moves),
-            5 => Word(
+            3 => Number(of.noise),
+            4 => Word(BASIS[ProbeBasis::ALL.iter().position(|b| *b == of.basis).unwrap_or(0)].name),
+            5 => Switch(of.moves),
+            6 => Word(
                 VISIBILITY[match of.visibility {
                     ProbeVisibility::None => 0,
                     ProbeVisibility::Distances => 1,
                 }]
                 .name,
             ),
-            6 => Switch(of.wraps),
-            7 => Number(of.normal_bias),
-            8 => Number(of.bleeding),
-            9 => Number(of.window),
+            7 => Switch(of.wraps),
+            8 => Number(of.normal_bias),
+            9 => Number(of.bleeding),
+            10 => Number(of.window),
             _ => Integer(of.seed),
         }
     }
@@ -114,22 +121,23 @@ impl Settings for ProbeVolumeSettings {
             (0, Integer(n)) => of.cells = n,
             (1, Integer(n)) => of.n_paths = n,
             (2, Integer(n)) => of.n_bounces = n,
-            (3, Word(name)) => {
+            (3, Number(share)) => of.noise = share,
+            (4, Word(name)) => {
                 let ix = BASIS.iter().position(|choice| choice.name == name);
                 of.basis = ix.map(|ix| ProbeBasis::ALL[ix]).unwrap_or_default();
             }
-            (4, Switch(is_on)) => of.moves = is_on,
-            (5, Word(name)) => {
+            (5, Switch(is_on)) => of.moves = is_on,
+            (6, Word(name)) => {
                 of.visibility = match name {
                     "none" => ProbeVisibility::None,
                     _ => ProbeVisibility::Distances,
                 }
             }
-            (6, Switch(is_on)) => of.wraps = is_on,
-            (7, Number(cells)) => of.normal_bias = cells,
-            (8, Number(chance)) => of.bleeding = chance,
-            (9, Number(lambda)) => of.window = lambda,
-            (10, Integer(n)) => of.seed = n,
+            (7, Switch(is_on)) => of.wraps = is_on,
+            (8, Number(cells)) => of.normal_bias = cells,
+            (9, Number(chance)) => of.bleeding = chance,
+            (10, Number(lambda)) => of.window = lambda,
+            (11, Integer(n)) => of.seed = n,
             _ => {}
         }
     }

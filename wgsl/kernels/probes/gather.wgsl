@@ -3,12 +3,14 @@
 //!
 //! The radiance that arrives at the probe and was reflected at least once is projected onto SH of order 2; emission is not part of it,
 //! because surfaces find lights themselves. The coefficients are the mean over all paths so far.
+//! A probe that is known well enough stops.
 //!
-//! Dispatch: indirect, one workgroup a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 9216 bytes. A
+//! Dispatch: indirect, one workgroup a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 9360 bytes. A
 //! workgroup owns its probe, and adds in a fixed order: the same input gives the same bytes.
 
 #import lucerna::camera::primary_ray::Camera
-#import lucerna::components::probes::gathered::COEFFICIENTS
+#import lucerna::color::luminance::luminance
+#import lucerna::components::probes::gathered::{Batches, COEFFICIENTS, is_known, with_batch}
 #import lucerna::fields::probe_lattice::{lattice, lattice_corner, lattice_position}
 #import lucerna::frame::pixel_sums::PixelSums
 #import lucerna::integrators::path::{Path, PathSettings, PATH_GOES_ON, PATH_INTERRUPTED, advance}
@@ -30,7 +32,8 @@ struct GatherInfo {
     /// Reflections after the first.
     n_bounces: u32,
     seed: u32,
-    reserved: u32,
+    /// A probe stops once its light is known to this share (`gathered::is_known`); 0: never.
+    noise: f32,
 }
 
 struct ProbeFaults {
@@ -38,6 +41,8 @@ struct ProbeFaults {
     n_rejected: atomic<u32>,
     /// Paths that the driver cut short (`math::loops`).
     n_cut: atomic<u32>,
+    /// Probes that followed paths in this dispatch.
+    n_active: atomic<u32>,
 }
 
 @group(1) @binding(0) var<uniform> info: GatherInfo;
@@ -48,6 +53,7 @@ struct ProbeFaults {
 @group(1) @binding(3) var<storage, read_write> faults: ProbeFaults;
 
 var<workgroup> sums: array<array<vec3<f32>, COEFFICIENTS>, WORKGROUP>;
+var<workgroup> next: array<vec4<f32>, COEFFICIENTS>;
 
 /// Light along one path from a probe that was reflected at least once [W·sr⁻¹·m⁻²].
 fn light_along(probe: u32, direction: vec3<f32>, path_ix: u32) -> vec3<f32> {
@@ -85,6 +91,11 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if probe >= counts.x {
         return;
     }
+    let base = probe * COEFFICIENTS;
+    let is_first = info.first_path == 0u;
+    if !is_first && gathered[base + 3u].a != 0.0 {
+        return;
+    }
     let path_ix = info.first_path + local;
     let direction = sample_uniform_sphere(sobol_owen(path_ix, pcg(lattice_corner(probe) ^ pcg(info.seed))));
     var own = light_along(probe, direction, path_ix) * sh_uniform_weight(WORKGROUP);
@@ -102,11 +113,28 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         workgroupBarrier();
     }
     if local < COEFFICIENTS {
-        let at = probe * COEFFICIENTS + local;
         let share = f32(WORKGROUP) / f32(info.first_path + WORKGROUP);
-        let known = gathered[at].rgb;
         // (What was known before the first path does not count, whatever it is.)
-        let before = select(known * (1.0 - share), vec3<f32>(0.0), info.first_path == 0u);
-        gathered[at] = vec4<f32>(before + sums[0][local] * share, 0.0);
+        let before = select(gathered[base + local].rgb * (1.0 - share), vec3<f32>(0.0), is_first);
+        var state = 0.0;
+        if local < 4u {
+            var batches = Batches(0.0, 0.0, 0.0);
+            if !is_first {
+                batches = Batches(gathered[base].a / f32(WORKGROUP), gathered[base + 1u].a, gathered[base + 2u].a);
+            }
+            batches = with_batch(batches, luminance(sums[0][0]));
+            let stops = info.noise > 0.0 && is_known(batches, info.noise);
+            let states = vec4<f32>(f32(WORKGROUP) * batches.n, batches.mean, batches.squares, select(0.0, 1.0, stops));
+            state = states[local];
+        }
+        // (All four have read before one writes.)
+        next[local] = vec4<f32>(before + sums[0][local] * share, state);
+    }
+    workgroupBarrier();
+    if local < COEFFICIENTS {
+        gathered[base + local] = next[local];
+    }
+    if local == 0u {
+        atomicAdd(&faults.n_active, 1u);
     }
 }

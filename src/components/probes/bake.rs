@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Probes as data and as files.
+//!
+//! All numbers of a file are little-endian:
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 8 | `LUCPROBE` |
+//! | 4 | the version of the format, 1 |
+//! | 4 | number of probes |
+//! | 12 | corners of the lattice along each axis |
+//! | 4, 12 | edge of a cell \[m\], where corner (0, 0, 0) is \[m\], f32 |
+//! | 4, 4, 4, 4, 4, 4 | cells; paths; bounces; seed; 1 if probes move; noise (f32) |
+//! | 24 | the scene's fingerprint: shape, pose, light |
+//! | 408 a probe | [`BakedProbe`] |
+//! | 8 | XXH3 (64 bits) of everything before |
+
+use super::settings::ProbeSettings;
+use super::{COEFFICIENTS, MAP_SIDE};
+use crate::components::voxels::{BRICK, MAX_SIZE, VoxelGrid, n_bricks};
+use crate::picture::write_whole_file;
+use crate::scene::SceneFingerprint;
+use crate::settings;
+use glam::{UVec3, Vec3};
+use std::io::{self, Write};
+use std::path::Path;
+use xxhash_rust::xxh3::xxh3_64;
+
+const MAGIC: [u8; 8] = *b"LUCPROBE";
+const VERSION: u32 = 1;
+const HEADER_BYTES: usize = 8 + 4 * 15 + 3 * 8;
+const CHECKSUM_BYTES: usize = 8;
+
+/// One probe of a [`ProbeBake`].
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct BakedProbe {
+    /// Its corner of the lattice, 10 bits for each axis, x lowest.
+    pub corner: u32,
+    /// Where it is, relative to its corner, and whether it is inside something (`wgsl/components/probes/place.wgsl`).
+    pub place: u32,
+    /// What it has gathered (`wgsl/components/probes/gathered.wgsl`).
+    pub gathered: [[f32; 4]; COEFFICIENTS as usize],
+    /// Mean distance \[cells\] and mean of its square, two halfs for each texel.
+    pub distances: [u32; (MAP_SIDE * MAP_SIDE) as usize],
+}
+
+const PROBE_BYTES: usize = size_of::<BakedProbe>();
+
+impl BakedProbe {
+    /// Its corner of the lattice.
+    pub fn corner(&self) -> UVec3 {
+        UVec3::new(self.corner & 1023, self.corner >> 10 & 1023, self.corner >> 20)
+    }
+
+    /// How far it was moved from its corner \[cells\].
+    pub fn moved(&self) -> Vec3 {
+        let steps = |shift: u32| ((self.place << (22 - shift)) as i32 >> 22) as f32;
+        Vec3::new(steps(0), steps(10), steps(20)) / 1024.0
+    }
+
+    /// Whether it is inside something, or behind a wall.
+    pub fn is_inside(&self) -> bool {
+        self.place >> 30 & 1 == 1
+    }
+
+    /// Coefficients of the radiance that arrives, order 2 \[W·sr⁻¹·m⁻²\].
+    pub fn light(&self) -> [Vec3; COEFFICIENTS as usize] {
+        self.gathered.map(|of| Vec3::from_slice(&of))
+    }
+}
+
+/// Probes that have gathered light, as data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProbeBake {
+    /// The scene that they were made for.
+    pub scene: SceneFingerprint,
+    /// Those settings that matter for what is kept: cells, bounces, seed, moves, noise. The others are of the look-up, and can be
+    /// chosen anew.
+    pub settings: ProbeSettings,
+    /// Paths that each probe has followed, unless it stopped before.
+    pub n_paths: u32,
+    /// Where corner (0, 0, 0) of the lattice is \[m\].
+    pub origin: Vec3,
+    /// Edge of a cell \[m\].
+    pub cell: f32,
+    /// Corners along each axis.
+    pub size: UVec3,
+    /// In the order of their slots.
+    pub probes: Vec<BakedProbe>,
+}
+
+/// A file of probes cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BakeError {
+    /// The system's error.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// It is something else.
+    #[error("it is not a file of baked probes (it does not begin with LUCPROBE)")]
+    Foreign,
+    /// It was written by a later version.
+    #[error(
+        "it has version {0} of the format, and this program reads version {VERSION}: use a newer lucerna, or bake again"
+    )]
+    Newer(u32),
+    /// A part is missing.
+    #[error("it is truncated: it has {found} bytes, and {expected} are expected; bake again")]
+    Truncated {
+        /// Its bytes.
+        found: usize,
+        /// The bytes of a file with as many probes.
+        expected: usize,
+    },
+    /// It has changed since it was written.
+    #[error("it is damaged: its checksum is not that of its contents; bake again")]
+    Damaged,
+    /// Numbers are not possible.
+    #[error("it is not valid: {0}")]
+    Invalid(String),
+    /// It belongs to another scene.
+    #[error(
+        "it was baked for another scene: its meshes, or which of them are placed, are different"
+    )]
+    OtherScene,
+}
+
+impl ProbeBake {
+    /// The lattice that its probes are on.
+    pub(super) fn lattice(&self) -> VoxelGrid {
+        VoxelGrid {
+            origin: self.origin,
+            cell: self.cell,
+            size: self.size,
+            n_faces: MAP_SIDE * MAP_SIDE,
+            bricks: (self.size + BRICK - 1) / BRICK,
+            capacity: self.probes.len().max(1) as u32,
+        }
+    }
+
+    /// Where a probe is \[m\].
+    pub fn position(&self, probe: &BakedProbe) -> Vec3 {
+        self.origin + (probe.corner().as_vec3() + probe.moved()) * self.cell
+    }
+
+    /// What has changed in a scene since it was baked, in sentences; empty if nothing has.
+    ///
+    /// # Errors
+    /// [`BakeError::OtherScene`]: the scene has other surfaces.
+    pub fn check(&self, scene: &SceneFingerprint) -> Result<Vec<String>, BakeError> {
+        if self.scene.shape != scene.shape {
+            return Err(BakeError::OtherScene);
+        }
+        let mut changes = Vec::new();
+        if self.scene.pose != scene.pose {
+            changes.push(
+                "things have moved since the probes were baked: their light and their distances are those of before; bake again".into(),
+            );
+        }
+        if self.scene.light != scene.light {
+            changes.push(
+                "lights, the sky or materials have changed since the probes were baked: indirect light is that of before; bake again".into(),
+            );
+        }
+        Ok(changes)
+    }
+
+    /// Whether its places and distances are those of a bake with these settings.
+    pub fn is_placed_like(&self, settings: &ProbeSettings) -> bool {
+        self.settings.cells == settings.cells && self.settings.moves == settings.moves
+    }
+
+    /// Whether its light goes on as that of a bake with these settings.
+    pub fn is_lit_like(&self, settings: &ProbeSettings) -> bool {
+        let of = &self.settings;
+        self.is_placed_like(settings)
+            && of.n_bounces == settings.n_bounces
+            && of.seed == settings.seed
+            && of.noise == settings.noise
+    }
+
+    /// The bytes of a file: the same for the same probes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut out = Vec::with_capacity(HEADER_BYTES + PROBE_BYTES * self.probes.len() + 8);
+        out.extend(MAGIC);
+        let of = &self.settings;
+        let numbers = [VERSION, self.probes.len() as u32, self.size.x, self.size.y, self.size.z];
+        let floats = [self.cell, self.origin.x, self.origin.y, self.origin.z].map(f32::to_bits);
+        let more = [
+            of.cells,
+            self.n_paths,
+            of.n_bounces,
+            of.seed,
+            u32::from(of.moves),
+            of.noise.to_bits(),
+        ];
+        for number in numbers.into_iter().chain(floats).chain(more) {
+            out.extend(number.to_le_bytes());
+        }
+        for number in [self.scene.shape, self.scene.pose, self.scene.light] {
+            out.extend(number.to_le_bytes());
+        }
+        for word in bytemuck::cast_slice::<_, u32>(&self.probes) {
+            out.extend(word.to_le_bytes());
+        }
+        out.extend(xxh3_64(&out).to_le_bytes());
+        out
+    }
+
+    /// The probes of a file.
+    ///
+    /// # Errors
+    /// [`BakeError`] other than `Io` and `OtherScene`.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, BakeError> {
+        if bytes.get(..8) != Some(MAGIC.as_slice()) {
+            return Err(BakeError::Foreign);
+        }
+        let truncated = |expected| BakeError::Truncated { found: bytes.len(), expected };
+        let word = |ix: usize| {
+            let four = bytes.get(8 + 4 * ix..12 + 4 * ix)?;
+            Some(u32::from_le_bytes(four.try_into().ok()?))
+        };
+        let version = word(0).ok_or(truncated(HEADER_BYTES + CHECKSUM_BYTES))?;
+        if version != VERSION {
+            return Err(BakeError::Newer(version));
+        }
+        let n = word(1).ok_or(truncated(HEADER_BYTES + CHECKSUM_BYTES))? as usize;
+        let expected = HEADER_BYTES + PROBE_BYTES * n + CHECKSUM_BYTES;
+        if bytes.len() < expected {
+            return Err(truncated(expected));
+        }
+        if bytes.len() > expected {
+            return Err(BakeError::Invalid(format!(
+                "it has {} bytes, and {expected} are expected",
+                bytes.len()
+            )));
+        }
+        let (contents, checksum) = bytes.split_at(expected - CHECKSUM_BYTES);
+        if xxh3_64(contents).to_le_bytes() != checksum {
+            return Err(BakeError::Damaged);
+        }
+        // (All of them are there.)
+        let number = |ix| word(ix).unwrap_or(0);
+        let float = |ix| f32::from_bits(number(ix));
+        let long = |ix| u64::from(number(ix)) | u64::from(number(ix + 1)) << 32;
+        let words = contents[HEADER_BYTES..].chunks_exact(4);
+        let words: Vec<u32> = words.map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect();
+        let bake = Self {
+            scene: SceneFingerprint { shape: long(15), pose: long(17), light: long(19) },
+            settings: settings!(ProbeSettings {
+                cells: number(9),
+                n_paths: number(10),
+                n_bounces: number(11),
+                seed: number(12),
+                moves: number(13) != 0,
+                noise: float(14),
+            }),
+            n_paths: number(10),
+            origin: Vec3::new(float(6), float(7), float(8)),
+            cell: float(5),
+            size: UVec3::new(number(2), number(3), number(4)),
+            probes: bytemuck::pod_collect_to_vec(&words),
+        };
+        bake.validate()?;
+        Ok(bake)
+    }
+
+    /// A file with a right checksum can still be wrong: another program wrote it.
+    fn validate(&self) -> Result<(), BakeError> {
+        let invalid = |what: String| Err(BakeError::Invalid(what));
+        let of = &self.settings;
+        if self.size.min_element() < 2 || self.size.max_element() > MAX_SIZE + 1 {
+            return invalid(format!("a lattice of {} corners", self.size));
+        }
+        if !(self.cell > 0.0 && self.cell.is_finite() && self.origin.is_finite()) {
+            return invalid(format!("cells of {} m at {}", self.cell, self.origin));
+        }
+        if of.n_bounces == 0 || !(0.0..=1.0).contains(&of.noise) {
+            return invalid(format!("{} bounces, noise {}", of.n_bounces, of.noise));
+        }
+        let mut last = None;
+        for (ix, probe) in self.probes.iter().enumerate() {
+            let corner = probe.corner();
+            if corner.cmpge(self.size).any() || probe.corner >> 30 != 0 {
+                return invalid(format!("probe {ix} is at corner {corner} of {}", self.size));
+            }
+            let slot = Some(slot_order(&self.lattice(), corner));
+            if slot <= last {
+                return invalid(format!("probe {ix} is out of order"));
+            }
+            last = slot;
+            if !probe.gathered.as_flattened().iter().all(|number| number.is_finite()) {
+                return invalid(format!("the light of probe {ix} is not finite"));
+            }
+            let halfs = probe.distances.iter().flat_map(|two| [*two, *two >> 16]);
+            // (Infinity and NaN have all bits of the exponent.)
+            if halfs.into_iter().any(|half| half >> 10 & 31 == 31) {
+                return invalid(format!("a distance of probe {ix} is not finite"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a file, completely or not at all.
+    ///
+    /// # Errors
+    /// The system's error.
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        write_whole_file(path, |writer| writer.write_all(&self.to_bytes()))
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`BakeError`] other than `OtherScene`.
+    pub fn read(path: &Path) -> Result<Self, BakeError> {
+        Self::from_bytes(&std::fs::read(path)?)
+    }
+
+    /// Positions and light as JSON, for other programs:
+    ///
+    /// ```json
+    /// { "units": "…", "lattice": { "origin": [x, y, z], "cell": m, "size": [x, y, z] }, "paths": n,
+    ///   "probes": [ { "corner": [x, y, z], "position": [x, y, z], "inside": false, "sh2": [[r, g, b], … nine] } ] }
+    /// ```
+    pub fn to_json(&self) -> String {
+        let probes: Vec<_> = self
+            .probes
+            .iter()
+            .map(|probe| {
+                serde_json::json!({
+                    "corner": probe.corner().to_array(),
+                    "position": self.position(probe).to_array(),
+                    "inside": probe.is_inside(),
+                    "sh2": probe.light().map(|c| c.to_array()),
+                })
+            })
+            .collect();
+        let json = serde_json::json!({
+            "units": "metres; sh2: coefficients of incoming radiance [W/sr/m2] that was reflected at least once, real spherical harmonics in the order l*l + l + m, without the Condon-Shortley phase, +Y up",
+            "lattice": {
+                "origin": self.origin.to_array(),
+                "cell": self.cell,
+                "size": self.size.to_array(),
+            },
+            "paths": self.n_paths,
+            "probes": probes,
+        });
+        json.to_string()
+    }
+}
+
+/// What slots are ordered by: brick, then bit.
+fn slot_order(lattice: &VoxelGrid, corner: UVec3) -> u32 {
+    let brick = corner / BRICK;
+    let inside = corner % BRICK;
+    let brick = (brick.z * lattice.bricks.y + brick.y) * lattice.bricks.x + brick.x;
+    let bit = (inside.z * BRICK.y + inside.y) * BRICK.x + inside.x;
+    brick * 32 + bit
+}
+
+/// The words of the structure (`wgsl/components/voxels/bricks.wgsl`) of a bake's probes.
+pub(super) fn structure_of(bake: &ProbeBake) -> Vec<[u32; 2]> {
+    let lattice = bake.lattice();
+    let mut bits = vec![0u32; n_bricks(&lattice) as usize];
+    for probe in &bake.probes {
+        let order = slot_order(&lattice, probe.corner());
+        bits[(order / 32) as usize] |= 1 << (order % 32);
+    }
+    let mut first = 0;
+    let mut out = Vec::with_capacity(bits.len() + bake.probes.len());
+    for bits in bits {
+        out.push([bits, first]);
+        first += bits.count_ones();
+    }
+    out.extend(bake.probes.iter().map(|probe| [probe.corner, probe.place]));
+    out
+}
