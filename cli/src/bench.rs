@@ -3,6 +3,7 @@
 
 mod frames;
 mod leaks;
+mod probe_volume;
 mod rays;
 mod reference;
 mod room;
@@ -33,7 +34,7 @@ pub struct BenchArguments {
     /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
     #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
     camera: Option<CameraChoice>,
-    /// Measure voxel-rt, voxel-cone and voxel-write at small sizes only, and leaks in few houses.
+    /// Measure voxel-rt, voxel-cone, probe-volume and voxel-write at small sizes only, and leaks in few houses.
     #[arg(long)]
     quick: bool,
     /// With `leaks`: measure only this technique.
@@ -59,6 +60,9 @@ enum Group {
     /// Passes of `voxel-cone`, next to its source's table, and what a step of a cone costs (takes minutes; runs only
     /// when named).
     VoxelCone,
+    /// Look-ups of `probe-volume` with each basis and kind of visibility, the error of each basis, and what baking costs (takes minutes;
+    /// runs only when named).
+    ProbeVolume,
     /// Light that leaks through walls at any angle, for each technique that stores light in cells, in houses drawn at random (takes
     /// an hour on a CPU, with --quick minutes; runs only when named).
     Leaks,
@@ -130,6 +134,10 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
     if arguments.group == Some(Group::VoxelCone) {
         let rows = voxel_cone::measure(&gpu, &scene, &camera, source, arguments.quick)?;
         groups.push(("voxel-cone", rows));
+    }
+    if arguments.group == Some(Group::ProbeVolume) {
+        let rows = probe_volume::measure(&gpu, &scene, &camera, source, arguments.quick)?;
+        groups.push(("probe-volume", rows));
     }
     if arguments.group == Some(Group::Leaks) {
         groups.push((
