@@ -13,6 +13,8 @@
 //! | [`convergence`] | how much light that is gathered over frames still changes |
 
 pub mod convergence;
+#[cfg(feature = "nets")]
+pub mod probe_net;
 pub mod probes;
 pub mod shadow_maps;
 pub mod voxel_light;

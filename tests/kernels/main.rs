@@ -14,6 +14,7 @@ mod picture;
 
 mod pixels;
 mod probe_light;
+mod probe_net;
 mod probes;
 mod rays;
 mod sampling;

@@ -190,15 +190,15 @@ fn what_is_missing_is_told() {
     }
 }
 
-/// Both debug views show something, and others do not exist.
+/// Each debug view shows something, and others do not exist.
 #[test]
 fn debug_views() {
     let world = upload(&lit_room());
     let mut session = session(&world, &eye(), cells(8));
-    for view in ["irradiance", "weight"] {
+    for view in ["irradiance", "weight", "probes"] {
         session.passes.debug_view = Some(view.into());
         let shown = session.mean(&world, 2, Channel::Indirect);
         assert!(shown.min_element() > 0.0, "{view} shows {shown}");
     }
-    assert_eq!(session.technique.debug_views().len(), 2, "debug views");
+    assert_eq!(session.technique.debug_views().len(), 3, "debug views");
 }

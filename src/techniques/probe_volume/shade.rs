@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The kernel `probe_volume/shade`: light of the picture's surfaces, looked up in probes.
+//! The kernels `probe_volume/shade` and `spheres`: light of the picture's surfaces, looked up in probes, and the probes.
 
 use super::DebugView;
-use crate::bindings::kernels::probe_volume::shade as kernel;
+use crate::bindings::kernels::probe_volume::shade as wgsl;
 use crate::components::probes::{ProbeBasis, Probes};
 use crate::frame::Pixels;
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders};
@@ -13,6 +13,7 @@ pub(super) enum Shown {
     Light,
     Irradiance,
     Weight,
+    Spheres,
 }
 
 pub(super) const DEBUG_VIEWS: &[DebugView] = &[
@@ -21,6 +22,10 @@ pub(super) const DEBUG_VIEWS: &[DebugView] = &[
         "weight",
         "sum of the weights of the probes that a surface finds: 0 where none sees it",
     ),
+    DebugView::new(
+        "probes",
+        "the probes as white spheres in their own light; those inside something have red stripes",
+    ),
 ];
 
 impl Shown {
@@ -28,14 +33,18 @@ impl Shown {
         Some(match name {
             "irradiance" => Self::Irradiance,
             "weight" => Self::Weight,
+            "probes" => Self::Spheres,
             _ => return None,
         })
     }
 }
 
-/// The compiled kernel.
+/// The compiled kernels.
 #[derive(Debug)]
-pub(super) struct ShadePass(ComputeKernel);
+pub(super) struct ShadePass {
+    shade: ComputeKernel,
+    spheres: ComputeKernel,
+}
 
 impl ShadePass {
     /// `shaders`: with the module that finds the pixels' surfaces; `scene`: needed if that module uses the scene.
@@ -46,7 +55,10 @@ impl ShadePass {
         basis: ProbeBasis,
     ) -> Self {
         let shaders = shaders.with_variant(basis.of(shaders.variant()));
-        Self(ComputeKernel::new(gpu, &shaders, scene, "probe_volume/shade"))
+        Self {
+            shade: ComputeKernel::new(gpu, &shaders, scene, "probe_volume/shade"),
+            spheres: ComputeKernel::new(gpu, &shaders, scene, "probe_volume/spheres"),
+        }
     }
 
     /// Records the look-ups of a picture into `target`, `rgba32float`.
@@ -58,20 +70,25 @@ impl ShadePass {
         shown: Shown,
         target: &wgpu::TextureView,
     ) {
-        let info = kernel::ShadeInfo {
-            shown: match shown {
-                Shown::Light => kernel::SHOWN_LIGHT,
-                Shown::Irradiance => kernel::SHOWN_IRRADIANCE,
-                Shown::Weight => kernel::SHOWN_WEIGHT,
-            },
+        let shown = match shown {
+            Shown::Light => Some(wgsl::SHOWN_LIGHT),
+            Shown::Irradiance => Some(wgsl::SHOWN_IRRADIANCE),
+            Shown::Weight => Some(wgsl::SHOWN_WEIGHT),
+            Shown::Spheres => None,
+        };
+        let kernel = if shown.is_some() { &self.shade } else { &self.spheres };
+        let info = wgsl::ShadeInfo {
+            shown: shown.unwrap_or(wgsl::SHOWN_LIGHT),
             reserved_a: 0,
             reserved_b: 0,
             reserved_c: 0,
         };
-        self.0
-            .call(&mut recorder.compute(self.0.name()))
-            .uniform("info", &info)
-            .bind("indirect", target)
+        let pass = &mut recorder.compute(kernel.name());
+        let mut call = kernel.call(pass);
+        if shown.is_some() {
+            call = call.uniform("info", &info);
+        }
+        call.bind("indirect", target)
             .with(probes.field())
             .with(pixels.bindings())
             .scene(pixels.scene())

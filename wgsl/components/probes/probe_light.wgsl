@@ -1,23 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The light that is blended from several probes: spherical harmonics of order 2.
+//! The light of a probe, unpacked: spherical harmonics of order 2.
 //!
-//! Interface: `ProbeLight`, `add_probe_light`, `light_irradiance`. Which form it has is chosen by the variant `basis`.
+//! Interface: `ProbeLight`, `light_irradiance`. Which form it has is chosen by the variant `basis`.
 #define_import_path lucerna::components::probes::probe_light
 
 #import lucerna::sh::convolve::sh2_irradiance
 
-/// The light of a probe, or a weighted sum of several: it is linear.
+/// The light of a probe.
 struct ProbeLight {
     /// Coefficients of radiance [W·sr⁻¹·m⁻²].
     coefficients: array<vec3<f32>, 9>,
-}
-
-/// Adds `weight` times a light.
-fn add_probe_light(sum: ptr<function, ProbeLight>, light: ProbeLight, weight: f32) {
-    var added = light.coefficients;
-    for (var k = 0u; k < 9u; k++) {
-        (*sum).coefficients[k] += weight * added[k];
-    }
 }
 
 /// Irradiance on a surface with unit normal [W·m⁻²]; may be below 0 where the light rings.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The light that is blended from several probes: luma of order 2, and two differences of colour of
+//! The light of a probe, unpacked: luma of order 2, and two differences of colour of
 //! order 1.
 //!
-//! Interface: `ProbeLight`, `add_probe_light`, `light_irradiance`. Which form it has is chosen by the variant `basis`.
+//! Interface: `ProbeLight`, `light_irradiance`. Which form it has is chosen by the variant `basis`.
 #define_import_path lucerna::components::probes::probe_light
 
 #import lucerna::sh::basis::sh2_basis
@@ -13,18 +13,10 @@ const NUMBERS: u32 = 17u;
 /// Coefficients of each difference of colour.
 const CHROMA: u32 = 4u;
 
-/// The light of a probe, or a weighted sum of several: it is linear.
+/// The light of a probe.
 struct ProbeLight {
     /// Luma, then Co, then Cg: coefficients of radiance [W·sr⁻¹·m⁻²].
     numbers: array<f32, NUMBERS>,
-}
-
-/// Adds `weight` times a light.
-fn add_probe_light(sum: ptr<function, ProbeLight>, light: ProbeLight, weight: f32) {
-    var added = light.numbers;
-    for (var k = 0u; k < NUMBERS; k++) {
-        (*sum).numbers[k] += weight * added[k];
-    }
 }
 
 /// Irradiance on a surface with unit normal [W·m⁻²]; may be below 0 where the light rings.
