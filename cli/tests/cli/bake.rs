@@ -10,14 +10,13 @@ use std::time::{Duration, Instant};
 fn bake(output: &Path, more: &[&str]) -> Ran {
     let scene = cornell();
     let output = path(output);
-    run(&[&["bake", &scene, "--adapter", "software", "--cells", "4", "-o", output], more].concat())
+    run(&[&["bake", &scene, "--cells", "4", "-o", output], more].concat())
 }
 
 /// Ends a bake that has more paths to follow than it will get: when `is_time` says so, in the way of this signal.
 fn interrupt(output: &Path, signal: &str, is_time: impl Fn() -> bool) -> Ran {
     let (scene, file) = (cornell(), path(output));
-    let arguments =
-        ["bake", &scene, "--adapter", "software", "--cells", "4", "-o", file, "--paths", "1048576"];
+    let arguments = ["bake", &scene, "--cells", "4", "-o", file, "--paths", "1048576"];
     let mut running = lucerna(&arguments);
     let child = running.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let started = Instant::now();
@@ -85,18 +84,7 @@ fn bakes_are_used_where_they_fit() {
     let to = folder.join("a.png");
     let (picture, named) = (path(&to), path(&file));
     let render = |technique: &str, more: &[&str]| {
-        let shared = [
-            "render",
-            &scene,
-            "--adapter",
-            "software",
-            "--size",
-            "32x32",
-            "--frames",
-            "1",
-            "-o",
-            picture,
-        ];
+        let shared = ["render", &scene, "--size", "32x32", "--frames", "1", "-o", picture];
         run(&[shared.as_slice(), &["--technique", technique, "--bake", named], more].concat())
     };
     render("probe-volume", &[]).exits(0).says(&["lights, the sky or materials have changed"]);

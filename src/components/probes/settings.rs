@@ -122,7 +122,7 @@ impl Default for ProbeSettings {
             moves: true,
             visibility: ProbeVisibility::default(),
             wraps: true,
-            normal_bias: 0.25,
+            normal_bias: 0.35,
             bleeding: 0.6,
             window: 0.0,
             seed: 0,
