@@ -10,13 +10,13 @@ use std::time::{Duration, Instant};
 fn bake(output: &Path, more: &[&str]) -> Ran {
     let scene = cornell();
     let output = path(output);
-    run(&[&["bake", &scene, "--cells", "4", "-o", output], more].concat())
+    run(&[&["bake", &scene, "--cells", "10", "-o", output], more].concat())
 }
 
 /// Ends a bake that has more paths to follow than it will get: when `is_time` says so, in the way of this signal.
 fn interrupt(output: &Path, signal: &str, is_time: impl Fn() -> bool) -> Ran {
     let (scene, file) = (cornell(), path(output));
-    let arguments = ["bake", &scene, "--cells", "4", "-o", file, "--paths", "1048576"];
+    let arguments = ["bake", &scene, "--cells", "10", "-o", file, "--paths", "1048576"];
     let mut running = lucerna(&arguments);
     let child = running.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let started = Instant::now();
