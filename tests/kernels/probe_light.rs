@@ -244,9 +244,8 @@ fn lit(scene: Scene) -> GpuScene {
     upload(&Scene { lights: vec![light], ..scene })
 }
 
-/// In a single-sided room at an angle to the grid, probes move out of its walls' backs and away from their fronts: those that could
-/// reach the inside are there, all inside keep a clearance of 0.2 cells (0.15: rays find the nearest point of a wall within 20°), and
-/// one behind a wall that is farther away stays, and is marked.
+/// In a single-sided room at an angle to the grid, probes inside it move away from its walls: all keep a clearance of 0.2 cells (0.15:
+/// rays find the nearest point of a wall within 20°). Those behind a wall stay, and are marked.
 #[test]
 fn probes_move_into_the_open() {
     let turn = Mat3::from_rotation_y(0.4) * Mat3::from_rotation_x(0.3);
@@ -267,22 +266,19 @@ fn probes_move_into_the_open() {
     let still =
         updated(&scene, settings!(ProbeSettings { cells: 11, n_paths: 1, moves: false }), 1);
     let moving = updated(&scene, settings!(ProbeSettings { cells: 11, n_paths: 1 }), 1);
-    let mut n = [0; 3];
+    let mut n = [0; 2];
     for (before, after) in placed(&still).iter().zip(&placed(&moving)) {
         assert_eq!(before.moved, DVec3::ZERO, "probes that do not move");
         assert_eq!(before.corner, after.corner, "corners with and without moves");
         assert!(after.moved.largest() <= 0.45, "{after:?}");
-        let ((was, n_was), (is, n_is)) = (depth(&still, before.at), depth(&moving, after.at));
+        let ((was, n_was), (is, _)) = (depth(&still, before.at), depth(&moving, after.at));
         if n_was == 0 {
             let least = if was < 0.2 { 0.15 } else { was.min(0.2) };
             assert!(is >= least - 2e-3 && !after.is_inside, "{after:?}: from {was} to {is}");
             n[0] += 1;
-        } else if n_was == 1 && was > -0.2 {
-            assert!(is >= 0.1 && !after.is_inside, "{after:?}: from {was} to {is}");
+        } else if n_was == 1 && was > -1.5 {
+            assert!(is == was && after.is_inside, "{after:?}, {was} behind a wall, comes to {is}");
             n[1] += 1;
-        } else if n_is == 1 && (-1.5..-0.8).contains(&is) {
-            assert!(after.is_inside, "{after:?}, {is} behind a wall, is not marked");
-            n[2] += 1;
         }
     }
     assert!(n.iter().all(|n| *n > 20), "probes that were judged: {n:?}");

@@ -95,7 +95,7 @@ pub struct ProbeSettings {
     pub noise: f32,
     /// How probes keep their light.
     pub basis: ProbeBasis,
-    /// Whether probes move out of what they are inside of, and away from surfaces that are very near.
+    /// Whether probes move away from surfaces that are very near.
     pub moves: bool,
     /// Which probes a point sees.
     pub visibility: ProbeVisibility,

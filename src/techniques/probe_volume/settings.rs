@@ -59,7 +59,7 @@ impl Settings for ProbeVolumeSettings {
             "relocation",
             "",
             SettingKind::Switch,
-            "Move probes out of what they are inside of, and away from surfaces that are very near",
+            "Move probes away from surfaces that are very near",
         ),
         Setting::new(
             "visibility",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Where a probe is, relative to its corner of the lattice, and whether it is inside something: one word.
 //!
-//! Probes that are inside something, or very near to a surface, are moved (as in the relocation of Z. Majercik et al., "Scaling
+//! Probes that are very near to a surface are moved (after the relocation of Z. Majercik et al., "Scaling
 //! Probe-Based Real-Time Dynamic Global Illumination for Production", JCGT 10(2), 2021). The word 0 is a probe at its corner.
 #define_import_path lucerna::components::probes::place
 

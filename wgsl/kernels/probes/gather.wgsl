@@ -5,7 +5,7 @@
 //! because surfaces find lights themselves. The coefficients are the mean over all paths so far.
 //! A probe that is known well enough stops.
 //!
-//! Dispatch: indirect, one workgroup a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 9360 bytes. A
+//! Dispatch: indirect, one workgroup a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 9364 bytes. A
 //! workgroup owns its probe, and adds in a fixed order: the same input gives the same bytes.
 
 #import lucerna::camera::primary_ray::Camera
@@ -54,6 +54,7 @@ struct ProbeFaults {
 
 var<workgroup> sums: array<array<vec3<f32>, COEFFICIENTS>, WORKGROUP>;
 var<workgroup> next: array<vec4<f32>, COEFFICIENTS>;
+var<workgroup> has_stopped: u32;
 
 /// Light along one path from a probe that was reflected at least once [W·sr⁻¹·m⁻²].
 fn light_along(probe: u32, direction: vec3<f32>, path_ix: u32) -> vec3<f32> {
@@ -93,7 +94,11 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     let base = probe * COEFFICIENTS;
     let is_first = info.first_path == 0u;
-    if !is_first && gathered[base + 3u].a != 0.0 {
+    if local == 0u {
+        has_stopped = u32(!is_first && gathered[base + 3u].a != 0.0);
+    }
+    // (The same for all, which the compiler must see.)
+    if workgroupUniformLoad(&has_stopped) != 0u {
         return;
     }
     let path_ix = info.first_path + local;

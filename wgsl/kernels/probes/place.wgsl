@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Moves probes out of what they are inside of, and away from surfaces that are very near.
+//! Moves probes away from surfaces that are very near, and marks those that are inside something.
 //!
-//! Rays in 256 directions look for surfaces. If many end at backs of single-sided surfaces, or most of those that meet
-//! anything, the probe is inside something or behind a
-//! wall: it moves through the nearest back, to CLEARANCE beyond it. Otherwise, if a surface is nearer than CLEARANCE, it moves away from it,
-//! but not past the middle of a gap. It stays where it is if it would leave its part of the lattice (`MOST_MOVED`). After three such
-//! steps, whether it is inside something is decided where it is then.
+//! Rays in 256 directions look for surfaces. If many end at backs of single-sided surfaces, or most of those that meet anything, the probe
+//! is inside something or behind a wall. It stays there: moved through the surface, it would stand for light around an edge, of
+//! which the points of its corner see nothing. If a surface is nearer than CLEARANCE to any other probe, the probe moves away from it, but not
+//! past the middle of a gap, nor out of its part of the lattice (`MOST_MOVED`). After three such steps, whether it is inside something is
+//! decided where it is then.
 //!
-//! Dispatch: indirect, one workgroup a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 2560 bytes. The
+//! Dispatch: indirect, one workgroup a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 1536 bytes. The
 //! order of reduction is fixed: the same scene gives the same places.
 
 #import lucerna::components::probes::octahedral_map::{MAP_SIDE, direction_of_texel}
@@ -55,16 +55,14 @@ struct PlaceCounts {
 @group(1) @binding(3) var<storage, read_write> structure: array<vec2<u32>>;
 @group(1) @binding(4) var<storage, read_write> placed: PlaceCounts;
 
-/// xyz: direction; w: distance of the nearest surface, and of the nearest back [cells].
+/// xyz: direction; w: distance of the nearest surface [cells].
 var<workgroup> nearest: array<vec4<f32>, WORKGROUP>;
-var<workgroup> nearest_back: array<vec4<f32>, WORKGROUP>;
 /// x: rays that end at backs; y: rays that meet anything.
 var<workgroup> n_met: array<vec2<u32>, WORKGROUP>;
 
 /// What one invocation's rays find from a place [cells of the lattice].
 fn look(place: vec3<f32>, local: u32) {
     var own = vec4<f32>(0.0, 0.0, 0.0, MOST);
-    var own_back = own;
     var n = vec2<u32>(0u);
     for (var ix = 0u; ix < RAYS * RAYS; ix++) {
         let inside = (vec2<f32>(vec2<u32>(ix % RAYS, ix / RAYS)) + 0.5) / f32(RAYS);
@@ -81,13 +79,9 @@ fn look(place: vec3<f32>, local: u32) {
         let surface = surface_at(hit.triangle, hit.barycentrics);
         if dot(surface.geometric_normal, direction) > 0.0 && !surface.double_sided {
             n.x += 1u;
-            if found.w < own_back.w {
-                own_back = found;
-            }
         }
     }
     nearest[local] = own;
-    nearest_back[local] = own_back;
     n_met[local] = n;
 }
 
@@ -111,14 +105,10 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 if nearest[local + reach].w < nearest[local].w {
                     nearest[local] = nearest[local + reach];
                 }
-                if nearest_back[local + reach].w < nearest_back[local].w {
-                    nearest_back[local] = nearest_back[local + reach];
-                }
             }
             workgroupBarrier();
         }
         let surface = nearest[0];
-        let back = nearest_back[0];
         let met = n_met[0];
         is_inside = f32(met.x) > INSIDE_SHARE * f32(WORKGROUP * RAYS * RAYS) || 2u * met.x > met.y;
         workgroupBarrier();
@@ -126,9 +116,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             break;
         }
         var next = moved;
-        if is_inside {
-            next += back.xyz * (back.w + CLEARANCE);
-        } else if surface.w < CLEARANCE {
+        if !is_inside && surface.w < CLEARANCE {
             let away = Ray(world_from_grid(lattice, corner + moved), 0.0, -surface.xyz, 2.0 * CLEARANCE * lattice.cell);
             let hit = nearest_hit(away);
             let free = select(hit.t / lattice.cell, 2.0 * CLEARANCE, hit_is_miss(hit));
