@@ -309,7 +309,9 @@ pub fn upload(
             gpu_scene.skipped_triangles()
         );
     }
-    errln!("scene: {} triangles, {} lights", gpu_scene.n_triangles(), gpu_scene.n_lights());
+    let n_lights = gpu_scene.n_lights();
+    let lights = if n_lights == 1 { "light" } else { "lights" };
+    errln!("scene: {} triangles, {n_lights} {lights}", gpu_scene.n_triangles());
     Ok(gpu_scene)
 }
 
