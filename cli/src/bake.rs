@@ -3,7 +3,7 @@
 
 use super::CommandResult;
 use super::progress::Meter;
-use super::render::settings::SettingArguments;
+use super::render::settings::{BAKES, SettingArguments};
 use super::render::{check_writable, interrupt_flag, upload, warn_of_faults};
 use super::scene_args::{AdapterArguments, SceneArguments};
 use clap::Args;
@@ -21,16 +21,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// The only technique that bakes.
-const TECHNIQUE: &str = "probe-volume";
-
 /// `lucerna bake`.
 #[derive(Args, Clone, Debug)]
 pub struct BakeArguments {
     #[command(flatten)]
     scene: SceneArguments,
     /// Whose light is baked.
-    #[arg(long, value_name = "TECHNIQUE", default_value = TECHNIQUE, value_parser = PossibleValuesParser::new([TECHNIQUE]))]
+    #[arg(long, value_name = "TECHNIQUE", default_value = BAKES, value_parser = PossibleValuesParser::new([BAKES]))]
     technique: String,
     /// The file. While it is being computed, FILE.part keeps what is there: after an interruption, the same command goes on.
     #[arg(short, long, value_name = "FILE")]
@@ -51,7 +48,7 @@ pub struct BakeArguments {
     #[arg(long, default_value_t = 0)]
     seed: u32,
     #[command(flatten)]
-    settings: SettingArguments,
+    settings: SettingArguments<true>,
     #[command(flatten)]
     adapter: AdapterArguments,
 }
@@ -100,7 +97,10 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
     let interrupted = interrupt_flag()?;
     let mut meter = Meter::new("baking");
     let started = Instant::now();
-    let first_path = probes.n_paths();
+    let n_before = match &start {
+        Start::Light(bake) => n_paths_of(bake),
+        _ => 0,
+    };
     let mut saved = Instant::now();
     let mut n_active = 1;
     while probes.n_paths() < settings.n_paths && n_active > 0 {
@@ -137,7 +137,7 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
         }
         _ => {}
     }
-    let n_paths = u64::from(probes.n_paths() - first_path) * bake.probes.len() as u64;
+    let n_paths = n_paths_of(&bake) - n_before;
     errln!(
         "{} probes, {} paths each ({n_paths} new ones in all), {} bytes, {:.2} s",
         bake.probes.len(),
@@ -163,6 +163,11 @@ fn update(
     let stats = probes.stats();
     let active = stats.iter().find(|stat| stat.name.starts_with("still changing"));
     Ok(active.map_or(Ok(1), |stat| read_stat(gpu, stat))?)
+}
+
+/// Paths of all probes together: each knows its own, because some stop before others.
+fn n_paths_of(bake: &ProbeBake) -> u64 {
+    bake.probes.iter().map(|probe| probe.gathered[0][3] as u64).sum()
 }
 
 /// What a bake begins with.

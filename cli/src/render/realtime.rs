@@ -7,6 +7,7 @@ use super::{
 };
 use crate::CommandResult;
 use crate::progress::Meter;
+use crate::render::settings::{BAKED, BAKES};
 use clap::Args;
 use lucerna::blocking::{FrameStats, FramesToRender, Progress, read_film, render_frames_with};
 use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettings};
@@ -108,9 +109,6 @@ fn parse_bake(text: &str) -> Result<BakeChoice, String> {
     }
 }
 
-/// Settings that a bake has fixed.
-const BAKED: [&str; 6] = ["cells", "paths", "bounces", "noise", "relocation", "seed"];
-
 /// The technique with baked light. Says what has changed in the scene since.
 fn from_bakes(
     gpu: &Gpu,
@@ -184,7 +182,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
     let of_voxels = maps.as_ref().map(ShadowMaps::visibility).unwrap_or_default();
     let mut made = match arguments.realtime.bake.as_slice() {
         [] => technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?,
-        bakes if technique.name == "probe-volume" => {
+        bakes if technique.name == BAKES => {
             if let Some((name, _)) = settings.iter().find(|(name, _)| {
                 BAKED.contains(name)
                     && (*name != "seed")

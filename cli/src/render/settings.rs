@@ -6,10 +6,18 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use lucerna::techniques::{Setting, SettingKind, SettingValue, TECHNIQUES, TechniqueEntry};
 
 /// Settings that were given, of any technique.
+///
+/// `OF_BAKES`: only those that matter when light is baked.
 #[derive(Clone, Debug, Default)]
-pub struct SettingArguments {
+pub struct SettingArguments<const OF_BAKES: bool = false> {
     given: Vec<(&'static str, String)>,
 }
+
+/// The technique that bakes.
+pub const BAKES: &str = "probe-volume";
+
+/// Its settings that are fixed when it has baked; the others are chosen when light is looked up.
+pub const BAKED: [&str; 6] = ["cells", "paths", "bounces", "noise", "relocation", "seed"];
 
 /// Flags of `render` itself: all techniques have them.
 const SHARED: [&str; 2] = ["bounces", "seed"];
@@ -20,11 +28,12 @@ struct Flag {
     of: Vec<(&'static TechniqueEntry, &'static Setting, SettingValue)>,
 }
 
-fn flags() -> Vec<Flag> {
+fn flags(of_bakes: bool) -> Vec<Flag> {
     let mut flags: Vec<Flag> = Vec::new();
     for technique in TECHNIQUES {
         for (setting, default) in technique.settings.iter().zip((technique.defaults)()) {
-            if SHARED.contains(&setting.name) {
+            let is_baked = technique.name == BAKES && BAKED.contains(&setting.name);
+            if SHARED.contains(&setting.name) || (of_bakes && !is_baked) {
                 continue;
             }
             let of = (technique, setting, default);
@@ -37,7 +46,7 @@ fn flags() -> Vec<Flag> {
     flags
 }
 
-impl SettingArguments {
+impl<const OF_BAKES: bool> SettingArguments<OF_BAKES> {
     /// The settings of one technique, to create it with.
     ///
     /// # Errors
@@ -46,7 +55,7 @@ impl SettingArguments {
         let mut out = Vec::new();
         for (name, value) in &self.given {
             if !technique.settings.iter().any(|setting| setting.name == *name) {
-                let others = flags().into_iter().find(|flag| flag.name == *name);
+                let others = flags(OF_BAKES).into_iter().find(|flag| flag.name == *name);
                 let others: Vec<_> =
                     others.iter().flat_map(|flag| &flag.of).map(|(of, ..)| of.name).collect();
                 return Err(format!(
@@ -66,7 +75,7 @@ impl SettingArguments {
     }
 }
 
-impl FromArgMatches for SettingArguments {
+impl<const OF_BAKES: bool> FromArgMatches for SettingArguments<OF_BAKES> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut out = Self::default();
         out.update_from_arg_matches(matches)?;
@@ -74,7 +83,7 @@ impl FromArgMatches for SettingArguments {
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        self.given = flags()
+        self.given = flags(OF_BAKES)
             .into_iter()
             .filter_map(|flag| {
                 let value = matches.get_one::<String>(flag.name)?;
@@ -85,9 +94,9 @@ impl FromArgMatches for SettingArguments {
     }
 }
 
-impl Args for SettingArguments {
+impl<const OF_BAKES: bool> Args for SettingArguments<OF_BAKES> {
     fn augment_args(mut command: Command) -> Command {
-        for flag in flags() {
+        for flag in flags(OF_BAKES) {
             let (_, setting, default) = flag.of[0];
             let heading: Vec<_> = flag.of.iter().map(|(of, ..)| of.name).collect();
             let settings: Vec<_> = flag.of.iter().map(|(_, setting, _)| *setting).collect();
