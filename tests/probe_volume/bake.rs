@@ -10,7 +10,7 @@ use lucerna::blocking::read_probes;
 use lucerna::components::probes::{BakeError, ProbeBake, ProbeBasis, ProbeSettings, Probes};
 use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::{Instance, Light, LoadLimits, Mesh, Scene, SceneFingerprint};
-use lucerna::seam::Change;
+use lucerna::seam::{Change, Revised, SceneSeam};
 use lucerna::settings;
 use lucerna::techniques::probe_volume::{ProbeVolume, ProbeVolumeSettings};
 use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
@@ -122,6 +122,23 @@ fn light_alone_is_baked_again() {
         assert_eq!(dark.distances, lit.distances, "distances");
     }
     assert!(relit(&room, &off) == first, "lit again");
+}
+
+/// Probes at a bake's places stay there when surfaces move, and that is told; other lights are only gathered anew.
+#[test]
+fn places_that_no_longer_fit_are_told() {
+    let world = upload(&lit_room());
+    let baked = bake(&lit_room(), few(64));
+    let mut probes = Probes::placed_as(gpu(), &world, few(64), &baked, true).unwrap();
+    let mut after = |change: Change| {
+        let scene = &Revised { scene: &world, revisions: world.revisions().changed(change) };
+        submit(|recorder| probes.update(recorder, scene)).unwrap();
+        let stats = probes.stats();
+        let stat = stats.iter().find(|of| of.name.starts_with("scene has changed")).unwrap();
+        lucerna::blocking::read_stat(gpu(), stat).unwrap()
+    };
+    assert_eq!(after(Change::Lights), 0, "after a change of lights");
+    assert_eq!(after(Change::Geometry), 1, "after surfaces have moved");
 }
 
 /// With a right checksum.

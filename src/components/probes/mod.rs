@@ -68,7 +68,7 @@ pub struct Probes {
     voxelizer: Option<Voxelizer>,
     /// Gathered light that is blended, with its weights; empty: probes gather their own.
     baked: Vec<(wgpu::Buffer, f32)>,
-    /// Whether the scene has changed since baked probes were first used.
+    /// Whether the scene has changed since baked probes, or probes at a bake's places, were first used.
     is_outdated: bool,
     /// Whether what was gathered was not packed since: the weights of bakes have changed, or it is a bake's.
     is_to_pack: bool,
@@ -171,7 +171,8 @@ impl Probes {
         Ok(made)
     }
 
-    /// Probes at the places of a bake, which gather light anew, or go on (`goes_on`) where the bake ended.
+    /// Probes at the places of a bake, which gather light anew, or go on (`goes_on`) where the bake ended. They stay there, also if surfaces
+    /// move; [`Self::stats`] says so.
     ///
     /// # Errors
     /// A buffer is larger than the device can bind ([`VoxelError`]).
@@ -306,6 +307,7 @@ impl Probes {
             let is_same = |of: fn(&Revisions) -> u64| before.as_ref().map(of) == Some(of(&now));
             if !(is_same(|r| r.geometry) && is_same(|r| r.moving)) {
                 self.place(recorder, scene)?;
+                self.is_outdated |= self.voxelizer.is_none();
             }
             self.n_paths = 0;
             self.seen = Some(now);
@@ -497,7 +499,7 @@ impl Probes {
             stats.push(Stat::counted("cells with surfaces", "cells", cells, 0));
             stats.push(Stat::counted("cells without room", "cells", cells, 4).fault(ADVICE));
         }
-        if !self.baked.is_empty() {
+        if self.voxelizer.is_none() {
             let changed =
                 Stat::known("scene has changed since the bake", "times", self.is_outdated.into());
             stats.push(

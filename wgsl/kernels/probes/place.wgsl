@@ -108,20 +108,18 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             }
             workgroupBarrier();
         }
-        let surface = nearest[0];
-        let met = n_met[0];
+        // (The same for all, which the compiler must see.)
+        let surface = workgroupUniformLoad(&nearest[0]);
+        let met = workgroupUniformLoad(&n_met[0]);
         is_inside = f32(met.x) > INSIDE_SHARE * f32(WORKGROUP * RAYS * RAYS) || 2u * met.x > met.y;
-        workgroupBarrier();
-        if step == STEPS || info.moves == 0u {
+        // Most probes stay, and need no second look.
+        if step == STEPS || info.moves == 0u || is_inside || surface.w >= CLEARANCE {
             break;
         }
-        var next = moved;
-        if !is_inside && surface.w < CLEARANCE {
-            let away = Ray(world_from_grid(lattice, corner + moved), 0.0, -surface.xyz, 2.0 * CLEARANCE * lattice.cell);
-            let hit = nearest_hit(away);
-            let free = select(hit.t / lattice.cell, 2.0 * CLEARANCE, hit_is_miss(hit));
-            next -= surface.xyz * max(min(CLEARANCE - surface.w, 0.5 * (free - surface.w)), 0.0);
-        }
+        let away = Ray(world_from_grid(lattice, corner + moved), 0.0, -surface.xyz, 2.0 * CLEARANCE * lattice.cell);
+        let hit = nearest_hit(away);
+        let free = select(hit.t / lattice.cell, 2.0 * CLEARANCE, hit_is_miss(hit));
+        let next = moved - surface.xyz * max(min(CLEARANCE - surface.w, 0.5 * (free - surface.w)), 0.0);
         if all(abs(next) <= vec3<f32>(MOST_MOVED)) {
             // (As it is kept.)
             moved = place_moved(pack_move(next, false));
