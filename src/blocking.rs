@@ -2,12 +2,26 @@
 //! Functions that wait for the GPU, for programs and tests. Nothing else in the library waits.
 
 use crate::components::convergence;
+#[cfg(feature = "nets")]
+use crate::components::probe_net::{
+    Candidates, InspectPass, Inspected, NetError, NetRule, NetSettings, PlacedNet,
+};
 #[cfg(feature = "bake")]
-use crate::components::probes::{BakedProbe, ProbeBake, Probes};
+use crate::components::probes::{BakedLayout, BakedProbe, ProbeBake, Probes};
 #[cfg(feature = "bake")]
-use crate::components::voxels::{VoxelCounts, n_bricks};
+use crate::components::voxels::n_bricks;
+#[cfg(feature = "nets")]
+use crate::components::voxels::{
+    MAX_SIZE, Resolution, Triangles, VoxelError, Voxelizer, grid_for_bounds,
+};
+#[cfg(any(feature = "bake", feature = "nets"))]
+use crate::components::voxels::{VoxelCounts, VoxelGrid};
 use crate::frame::{DirectSettings, FrameError, FramePasses, View, ViewSettings};
+#[cfg(feature = "nets")]
+use crate::gpu::storage_buffer;
 use crate::gpu::{AdapterChoice, Gpu, GpuError, PassTimers, Recorder, check_not_empty};
+#[cfg(feature = "nets")]
+use crate::rays::{Hit, NONE, Ray, RayKernel, RayQuestion};
 use crate::scene::Camera;
 #[cfg(feature = "bake")]
 use crate::scene::SceneFingerprint;
@@ -497,30 +511,218 @@ pub fn read_probes(
     scene: SceneFingerprint,
 ) -> Result<ProbeBake, LostGpu> {
     let counts: VoxelCounts =
-        bytemuck::pod_read_unaligned(&read_buffer(gpu, probes.occupancy().counts())?[..48]);
+        bytemuck::pod_read_unaligned(&read_buffer(gpu, probes.counts())?[..48]);
     let n = counts.n_voxels as usize;
-    let lattice = probes.lattice();
-    let first = n_bricks(lattice) as usize;
-    let structure: Vec<[u32; 2]> = words(&read_buffer(gpu, probes.occupancy().structure())?);
+    let (layout, places) = match (probes.lattice(), probes.occupancy()) {
+        (Some(lattice), Some(occupancy)) => {
+            let VoxelGrid { origin, cell, size, .. } = *lattice;
+            let structure: Vec<[u32; 2]> = words(&read_buffer(gpu, occupancy.structure())?);
+            let places = structure[n_bricks(lattice) as usize..][..n].to_vec();
+            (BakedLayout::Lattice { origin, cell, size }, places)
+        }
+        _ => (BakedLayout::Net { points: points_of(probes) }, vec![[0; 2]; n]),
+    };
     let gathered: Vec<[[f32; 4]; 9]> = words(&read_buffer(gpu, probes.gathered())?);
     let distances: Vec<[u32; 64]> = words(&read_buffer(gpu, probes.distances())?);
-    let probe = |ix: usize| {
-        let [corner, place] = structure[first + ix];
-        BakedProbe { corner, place, gathered: gathered[ix], distances: distances[ix] }
+    let probe = |(ix, &[corner, place]): (usize, &[u32; 2])| BakedProbe {
+        corner,
+        place,
+        gathered: gathered[ix],
+        distances: distances[ix],
     };
     Ok(ProbeBake {
         scene,
         settings: *probes.settings(),
         n_paths: probes.n_paths(),
-        origin: lattice.origin,
-        cell: lattice.cell,
-        size: lattice.size,
-        probes: (0..n).map(probe).collect(),
+        layout,
+        probes: places.iter().enumerate().map(probe).collect(),
     })
 }
 
+/// The points of the net that probes are at.
+#[cfg(all(feature = "bake", feature = "nets"))]
+fn points_of(probes: &Probes) -> Vec<glam::Vec3> {
+    probes.net().map_or(Vec::new(), |net| net.points().to_vec())
+}
+
+/// (There are no nets.)
+#[cfg(all(feature = "bake", not(feature = "nets")))]
+fn points_of(_probes: &Probes) -> Vec<glam::Vec3> {
+    Vec::new()
+}
+
+/// A net for probes could not be made.
+#[cfg(feature = "nets")]
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlaceNetError {
+    /// No net of these points.
+    #[error(transparent)]
+    Net(#[from] NetError),
+    /// The scene could not be voxelized.
+    #[error(transparent)]
+    Voxels(#[from] VoxelError),
+    /// A setting is out of range.
+    #[error("{0}")]
+    Setting(String),
+    /// The device was lost.
+    #[error(transparent)]
+    Lost(#[from] LostGpu),
+}
+
+/// Makes a net for a scene: finds points by its rule, leaves out those that are inside something, and adds fillers.
+///
+/// # Errors
+/// [`PlaceNetError`].
+#[cfg(feature = "nets")]
+pub fn place_net(
+    gpu: &Gpu,
+    scene: &dyn SceneSeam,
+    settings: &NetSettings,
+) -> Result<PlacedNet, PlaceNetError> {
+    let setting = |what: &str| Err(PlaceNetError::Setting(what.into()));
+    if !(0.0..f32::INFINITY).contains(&settings.spacing) {
+        return setting("the spacing of a net must be at least 0 m");
+    }
+    if settings.most == 0 {
+        return setting("a net needs room for one probe at least");
+    }
+    let facts = scene.facts();
+    let longest = (facts.bounds_max - facts.bounds_min).max_element();
+    let n = if settings.spacing > 0.0 { (longest / settings.spacing).ceil() } else { 16.0 };
+    if n > MAX_SIZE as f32 - 4.0 {
+        return setting(&format!(
+            "voxels of {} m are too many for a scene of {longest} m: use a spacing of {} m at least",
+            settings.spacing,
+            longest / (MAX_SIZE as f32 - 4.0)
+        ));
+    }
+    // (A margin of 1.5 on both sides.)
+    let n = n as u32 + 3;
+    let grid =
+        grid_for_bounds(facts.bounds_min, facts.bounds_max, Resolution::Longest(n), 1, None)?;
+    let points = match &settings.rule {
+        NetRule::Points(points) => points.clone(),
+        NetRule::Surfaces => voxels_of(gpu, scene, grid)?.beside_surfaces(),
+        NetRule::Ground { height } => {
+            if !(*height > 0.0 && height.is_finite()) {
+                return setting("the height of probes must be above 0 m");
+            }
+            above_floors(gpu, scene, voxels_of(gpu, scene, grid)?.above_surfaces(), *height)?
+        }
+    };
+    let inspect = InspectPass::new(gpu, scene);
+    PlacedNet::of(points, settings, |points| {
+        // (Farther than the diagonal of two voxels: what a point outside a room's corner is beside is seen from behind.)
+        is_free(gpu, scene, &inspect, points, 4.0 * grid.cell)
+    })
+}
+
+/// Records, and submits.
+#[cfg(feature = "nets")]
+fn submitted(
+    gpu: &Gpu,
+    record: impl FnOnce(&mut Recorder) -> Result<(), VoxelError>,
+) -> Result<(), VoxelError> {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    record(&mut Recorder::new(gpu, &mut encoder))?;
+    gpu.queue.submit([encoder.finish()]);
+    Ok(())
+}
+
+#[cfg(feature = "nets")]
+fn voxels_of(
+    gpu: &Gpu,
+    scene: &dyn SceneSeam,
+    grid: VoxelGrid,
+) -> Result<Candidates, PlaceNetError> {
+    let voxelizer = Voxelizer::new(gpu, scene, grid)?;
+    submitted(gpu, |recorder| voxelizer.record(recorder, scene, Triangles::All))?;
+    let counts: VoxelCounts =
+        bytemuck::pod_read_unaligned(&read_buffer(gpu, voxelizer.counts())?[..48]);
+    let structure: Vec<[u32; 2]> = words(&read_buffer(gpu, voxelizer.structure())?);
+    Ok(Candidates::of_voxels(grid, &structure, counts.n_voxels))
+}
+
+/// Moves points to `height` above what is below them, or half-way to what is above that. Points with nothing below are left out.
+#[cfg(feature = "nets")]
+fn above_floors(
+    gpu: &Gpu,
+    scene: &dyn SceneSeam,
+    points: Vec<glam::Vec3>,
+    height: f32,
+) -> Result<Vec<glam::Vec3>, PlaceNetError> {
+    use glam::Vec3;
+    let towards =
+        |points: &[Vec3], direction: Vec3, length: f32| -> Result<Vec<f32>, PlaceNetError> {
+            let ray = |p: &Vec3| Ray { origin: *p, t_min: 0.0, direction, t_max: length };
+            let rays: Vec<Ray> = points.iter().map(ray).collect();
+            let hits = nearest_hits(gpu, scene, &rays)?;
+            let found = |hit: &Hit| if hit.triangle == NONE { f32::INFINITY } else { hit.t };
+            Ok(hits.iter().map(found).collect())
+        };
+    let down = towards(&points, Vec3::NEG_Y, f32::MAX)?;
+    let floors: Vec<Vec3> = points
+        .iter()
+        .zip(&down)
+        .filter(|(_, down)| down.is_finite())
+        .map(|(point, down)| *point + Vec3::NEG_Y * *down)
+        .collect();
+    // (From a little above, so that the floor is not in the way.)
+    let start = |floor: &Vec3| *floor + Vec3::Y * (1e-3 * height);
+    let up = towards(&floors.iter().map(start).collect::<Vec<_>>(), Vec3::Y, 2.0 * height)?;
+    Ok(floors.iter().zip(up).map(|(floor, up)| *floor + Vec3::Y * height.min(0.5 * up)).collect())
+}
+
+#[cfg(feature = "nets")]
+fn nearest_hits(gpu: &Gpu, scene: &dyn SceneSeam, rays: &[Ray]) -> Result<Vec<Hit>, PlaceNetError> {
+    if rays.is_empty() {
+        return Ok(Vec::new());
+    }
+    let copied = wgpu::BufferUsages::COPY_DST;
+    let bytes: &[u8] = bytemuck::cast_slice(rays);
+    let advice = "use a larger spacing";
+    let storage = |what, n| storage_buffer(gpu, what, n, copied, advice).map_err(VoxelError::Gpu);
+    let asked = storage("rays", bytes.len() as u64)?;
+    gpu.queue.write_buffer(&asked, 0, bytes);
+    let answers = storage("hits", (rays.len() * size_of::<Hit>()) as u64)?;
+    let kernel = RayKernel::new(gpu, scene, RayQuestion::Nearest);
+    let n = rays.len() as u32;
+    submitted(gpu, |recorder| Ok(kernel.record(recorder, scene, &asked, &answers, n)?))?;
+    Ok(words(&read_buffer(gpu, &answers)?))
+}
+
+/// Which of some points are not inside anything, nor behind a wall.
+#[cfg(feature = "nets")]
+fn is_free(
+    gpu: &Gpu,
+    scene: &dyn SceneSeam,
+    inspect: &InspectPass,
+    points: &[glam::Vec3],
+    most: f32,
+) -> Result<Vec<bool>, PlaceNetError> {
+    if points.is_empty() {
+        return Ok(Vec::new());
+    }
+    if let Some(ix) = points.iter().position(|point| !point.is_finite()) {
+        return Err(NetError::NotFinite(ix).into());
+    }
+    let copied = wgpu::BufferUsages::COPY_DST;
+    let list: Vec<[f32; 4]> = points.iter().map(|p| p.extend(0.0).to_array()).collect();
+    let bytes: &[u8] = bytemuck::cast_slice(&list);
+    let advice = "use a larger spacing";
+    let storage = |what, n| storage_buffer(gpu, what, n, copied, advice).map_err(VoxelError::Gpu);
+    let asked = storage("points", bytes.len() as u64)?;
+    gpu.queue.write_buffer(&asked, 0, bytes);
+    let answers = storage("what is around points", (points.len() * size_of::<Inspected>()) as u64)?;
+    let n = points.len() as u32;
+    submitted(gpu, |recorder| Ok(inspect.record(recorder, scene, (&asked, &answers), n, most)?))?;
+    let found: Vec<Inspected> = words(&read_buffer(gpu, &answers)?);
+    Ok(found.iter().map(|of| of.is_inside == 0).collect())
+}
+
 /// Whole items of a buffer that may end with a part of one.
-#[cfg(feature = "bake")]
+#[cfg(any(feature = "bake", feature = "nets"))]
 fn words<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> Vec<T> {
     bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
 }

@@ -2,14 +2,16 @@
 //! `lucerna bake`.
 
 use super::CommandResult;
+use super::net_args::NetArguments;
 use super::progress::Meter;
 use super::render::settings::{BAKES, SettingArguments};
 use super::render::{check_writable, interrupt_flag, upload, warn_of_faults};
 use super::scene_args::{AdapterArguments, SceneArguments};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use glam::Vec3;
 use lucerna::blocking::{read_probes, read_stat, wait};
-use lucerna::components::probes::{BakeError, ProbeBake, ProbeSettings, Probes};
+use lucerna::components::probes::{BakeError, BakedLayout, ProbeBake, ProbeSettings, Probes};
 use lucerna::gpu::{Gpu, Recorder};
 use lucerna::gpu_scene::GpuScene;
 use lucerna::picture::write_whole_file;
@@ -50,6 +52,8 @@ pub struct BakeArguments {
     #[command(flatten)]
     settings: SettingArguments<true>,
     #[command(flatten)]
+    net: NetArguments,
+    #[command(flatten)]
     adapter: AdapterArguments,
 }
 
@@ -76,14 +80,19 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
     let (gpu, info, rays) = arguments.adapter.open()?;
     let gpu_scene = upload(&gpu, &scene, arguments.scene.diffuse, rays)?;
     let fingerprint = SceneFingerprint::of(&scene, arguments.scene.diffuse, &|_| false);
+    let net = arguments.net.make(&gpu, &gpu_scene, &texts)?;
+    let points = net.as_ref().map(|net| net.points());
     let part = part_of(output);
     let start = match arguments.relight {
-        true => Start::Places(Box::new(to_relight(output, &fingerprint, &settings)?)),
+        true => Start::Places(Box::new(to_relight(output, &fingerprint, &settings, points)?)),
         false if arguments.fresh => Start::Nothing,
-        false => to_go_on(&[&part, output], &fingerprint, &settings),
+        false => to_go_on(&[&part, output], &fingerprint, &settings, points),
     };
     let mut probes = match &start {
-        Start::Nothing => Probes::new(&gpu, &gpu_scene, settings)?,
+        Start::Nothing => match net {
+            Some(net) => Probes::on_net(&gpu, &gpu_scene, settings, net)?,
+            None => Probes::new(&gpu, &gpu_scene, settings)?,
+        },
         Start::Places(bake) => Probes::placed_as(&gpu, &gpu_scene, settings, bake, false)?,
         Start::Light(bake) => Probes::placed_as(&gpu, &gpu_scene, settings, bake, true)?,
     };
@@ -184,10 +193,15 @@ fn part_of(output: &Path) -> PathBuf {
 }
 
 /// The first of these files that was begun with the same scene and settings, and has no more paths than are asked for.
-fn to_go_on(files: &[&Path], scene: &SceneFingerprint, settings: &ProbeSettings) -> Start {
+fn to_go_on(
+    files: &[&Path],
+    scene: &SceneFingerprint,
+    settings: &ProbeSettings,
+    net: Option<&[Vec3]>,
+) -> Start {
     for file in files {
         match ProbeBake::read(file) {
-            Ok(bake) if bake.scene == *scene && bake.is_lit_like(settings) => {
+            Ok(bake) if bake.scene == *scene && bake.is_lit_like(settings, net) => {
                 if bake.n_paths <= settings.n_paths {
                     errln!("{} has {} paths a probe, and goes on", file.display(), bake.n_paths);
                     return Start::Light(Box::new(bake));
@@ -208,6 +222,7 @@ fn to_relight(
     file: &Path,
     scene: &SceneFingerprint,
     settings: &ProbeSettings,
+    net: Option<&[Vec3]>,
 ) -> Result<ProbeBake, Box<dyn std::error::Error>> {
     let bake = read(file)?;
     if bake.scene.shape != scene.shape || bake.scene.pose != scene.pose {
@@ -217,7 +232,16 @@ fn to_relight(
         )
         .into());
     }
-    if !bake.is_placed_like(settings) {
+    if net.is_some() || matches!(bake.layout, BakedLayout::Net { .. }) {
+        // Points are kept, and a rule would find others if anything had moved.
+        if !bake.is_placed_like(settings, net) {
+            return Err(format!(
+                "{} cannot be relit: its probes are not at the points of this --net; give the same, or bake without --relight",
+                file.display()
+            )
+            .into());
+        }
+    } else if !bake.is_placed_like(settings, net) {
         return Err(format!(
             "{} cannot be relit: it has {} cells and relocation {}; give the same, or bake without --relight",
             file.display(),

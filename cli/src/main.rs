@@ -23,6 +23,7 @@ mod compare;
 mod doctor;
 mod export;
 mod kernels;
+mod net_args;
 mod progress;
 mod render;
 mod scene_args;

@@ -69,6 +69,7 @@ pub const AXES: &[Axis] = &[
             plain("chroma_constant"),
         ],
     },
+    Axis { name: "probes", values: &[plain("lattice"), plain("net")] },
 ];
 
 /// The number of axes that a [`Variant`] has room for.
@@ -106,6 +107,8 @@ pub const BASIS_AMBIENT_CUBE: Choice = Choice { axis: 5, value: 4 };
 pub const BASIS_CHROMA_SH1: Choice = Choice { axis: 5, value: 5 };
 /// Probes keep luma of order 2 and means of differences of colour.
 pub const BASIS_CHROMA_CONSTANT: Choice = Choice { axis: 5, value: 6 };
+/// Probes are at the points of a net, instead of at corners of cells.
+pub const NET_PROBES: Choice = Choice { axis: 6, value: 1 };
 
 /// One value of each axis. The default is the first of each, the baseline: plain WebGPU.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

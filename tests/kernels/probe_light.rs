@@ -258,7 +258,7 @@ fn probes_move_into_the_open() {
     // Distance to the nearest wall [cells], below 0 behind it; and how many walls the point is behind.
     let depth = |probes: &Probes, at: DVec3| {
         let at = turn.as_dmat3().transpose() * at;
-        let cell = f64::from(probes.lattice().cell);
+        let cell = f64::from(probes.lattice().unwrap().cell);
         let sides = [at - min, max - at].map(|side| side.to_array()).concat();
         let n_behind = sides.iter().filter(|side| **side < 0.0).count();
         (sides.iter().fold(f64::MAX, |a, b| a.min(*b)) / cell, n_behind)
@@ -310,7 +310,7 @@ fn probes_stay_in_their_gap() {
     let (left, right) = (f64::from(left), f64::from(right));
     let mut n = 0;
     for probe in placed(&probes) {
-        let was = probe.at.x - probe.moved.x * f64::from(probes.lattice().cell);
+        let was = probe.at.x - probe.moved.x * f64::from(probes.lattice().unwrap().cell);
         if was <= left || was >= right || probe.at.y.abs().max(probe.at.z.abs()) > 1.0 {
             continue;
         }
@@ -378,7 +378,7 @@ fn marked_probes_get_the_light_around_them() {
 }
 
 /// What a field gives at points with normals: rgb and the weight.
-fn look_up(probes: &Probes, queries: &[(Vec3, Vec3)]) -> Vec<[f32; 4]> {
+pub fn look_up(probes: &Probes, queries: &[(Vec3, Vec3)]) -> Vec<[f32; 4]> {
     let text = "
         #import lucerna::fields::probes::probe_irradiance
         struct Query { position: vec3<f32>, reserved: f32, normal: vec3<f32>, reserved_b: f32 }
@@ -390,7 +390,7 @@ fn look_up(probes: &Probes, queries: &[(Vec3, Vec3)]) -> Vec<[f32; 4]> {
                 found[id.x] = probe_irradiance(queries[id.x].position, queries[id.x].normal);
             }
         }";
-    let shaders = Shaders::new(probes.settings().basis.of(Variant::BASELINE)).with_module(Source {
+    let shaders = Shaders::new(probes.variant(Variant::BASELINE)).with_module(Source {
         import_path: "lucerna::kernels::tests::look_up".into(),
         file: "look_up.wgsl".into(),
         text: text.into(),
@@ -444,7 +444,7 @@ const PLAIN: fn(u32) -> ProbeSettings = |cells| {
 
 /// Points anywhere in the box of the lattice, in the air and at surfaces.
 fn points(probes: &Probes, random: &mut Random, n: usize) -> Vec<Vec3> {
-    let lattice = probes.lattice();
+    let lattice = probes.lattice().unwrap();
     let extent = (lattice.size - 1).as_vec3() * lattice.cell;
     let mut point = || Vec3::new(random.unit(), random.unit(), random.unit());
     (0..n).map(|_| lattice.origin + extent * point()).collect()
@@ -464,7 +464,7 @@ fn a_linear_field_comes_back() {
         let outside: Vec<Vec3> = (0..300).map(|_| 40.0 * random.direction()).collect();
         let all: Vec<(Vec3, Vec3)> =
             inside.iter().chain(&outside).map(|p| (*p, random.direction())).collect();
-        let lattice = probes.lattice();
+        let lattice = probes.lattice().unwrap();
         let low = lattice.origin.as_dvec3();
         let high = low + (lattice.size - 1).as_dvec3() * f64::from(lattice.cell);
         for ((at, _), found) in all.iter().zip(look_up(&probes, &all)) {
@@ -498,7 +498,7 @@ fn cells_have_no_cracks() {
     let mut random = Random(44);
     let mut hash = Random(45);
     let probes = with_constants(PLAIN(21), |_| f64::from(hash.unit()) / (PI / (4.0 * PI).sqrt()));
-    let lattice = probes.lattice();
+    let lattice = probes.lattice().unwrap();
     let mut pairs = Vec::new();
     for at in points(&probes, &mut random, 4000) {
         let axis = random.bits() as usize % 3;

@@ -229,9 +229,11 @@ pub struct Placed {
 
 /// The probes, in the order of their slots.
 pub fn placed(probes: &Probes) -> Vec<Placed> {
-    let counts: VoxelCounts = bytemuck::pod_read_unaligned(&read(probes.occupancy().counts()));
-    let words: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read(probes.occupancy().structure()));
-    let lattice = probes.lattice();
+    let counts: VoxelCounts =
+        bytemuck::pod_read_unaligned(&read(probes.occupancy().unwrap().counts()));
+    let words: Vec<[u32; 2]> =
+        bytemuck::pod_collect_to_vec(&read(probes.occupancy().unwrap().structure()));
+    let lattice = probes.lattice().unwrap();
     let first = n_bricks(lattice) as usize;
     let of = |&[packed, place]: &[u32; 2]| {
         let corner = UVec3::new(packed & 1023, packed >> 10 & 1023, packed >> 20);
@@ -292,7 +294,7 @@ fn probes_are_at_the_corners_of_cells_with_surfaces_and_of_wide_cells() {
                 expected.insert((cell + IVec3::new(ix & 1, ix >> 1 & 1, ix >> 2)).as_uvec3());
             }
             // Middle cells within one of its own: their corners are even, or the last.
-            let last = probes.lattice().size.as_ivec3() - 1;
+            let last = probes.lattice().unwrap().size.as_ivec3() - 1;
             let near = |k: usize| {
                 let own = cell[k] / 2;
                 (0..=last[k]).filter(move |at| {
@@ -306,7 +308,7 @@ fn probes_are_at_the_corners_of_cells_with_surfaces_and_of_wide_cells() {
                 }
             }
         }
-        let size = probes.lattice().size;
+        let size = probes.lattice().unwrap().size;
         let along = |n: u32| (0..n).filter(move |ix| ix % 4 == 0 || *ix == n - 1);
         for z in along(size.z) {
             for y in along(size.y) {
@@ -317,7 +319,8 @@ fn probes_are_at_the_corners_of_cells_with_surfaces_and_of_wide_cells() {
         let unique: HashSet<UVec3> = found.iter().copied().collect();
         assert_eq!(found.len(), unique.len(), "probes at the same corner");
         assert_eq!(unique, expected, "{n_triangles} triangles, {cells} cells: corners with probes");
-        let counts: VoxelCounts = bytemuck::pod_read_unaligned(&read(probes.occupancy().counts()));
+        let counts: VoxelCounts =
+            bytemuck::pod_read_unaligned(&read(probes.occupancy().unwrap().counts()));
         assert_eq!(counts.n_overflow, 0, "probes without room");
     }
 }
@@ -339,7 +342,7 @@ fn maps_hold_the_distances_to_the_walls() {
         let chosen = settings!(ProbeSettings { cells: 9, n_paths: 1, moves });
         let mut probes = Probes::new(gpu(), &scene, chosen).unwrap();
         submit(|recorder| probes.update(recorder, &scene)).unwrap();
-        let cell = f64::from(probes.lattice().cell);
+        let cell = f64::from(probes.lattice().unwrap().cell);
         let texels: Vec<u32> = bytemuck::pod_collect_to_vec(&read(probes.distances()));
         let mut n_inside = 0;
         for (probe, placed) in placed(&probes).into_iter().enumerate() {
@@ -356,7 +359,7 @@ fn maps_hold_the_distances_to_the_walls() {
                 continue;
             }
             n_inside += 1;
-            let last = probes.lattice().size - 1;
+            let last = probes.lattice().unwrap().size - 1;
             let is_of = |stride: u32| {
                 (0..3).all(|k| placed.corner[k] % stride == 0 || placed.corner[k] == last[k])
             };
@@ -480,7 +483,7 @@ fn the_same_scene_gives_the_same_probes() {
         for _ in 0..3 {
             submit(|recorder| probes.update(recorder, &scene)).unwrap();
         }
-        let places = read(probes.occupancy().structure());
+        let places = read(probes.occupancy().unwrap().structure());
         (read(probes.gathered()), read(probes.distances()), places, read(probes.light()))
     };
     let [first, second, other] = [run(1), run(1), run(2)];

@@ -5,6 +5,7 @@ mod bake;
 #[allow(dead_code)]
 #[path = "../kernels/harness.rs"]
 mod harness;
+mod nets;
 #[allow(dead_code)]
 #[path = "../voxel_rt/leaks.rs"]
 mod rooms;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field: a net of probes at any places, and which of them a point is between.
 //!
-//! Interface: `net`, `net_position`, `net_weights`. The net is Delaunay's: R. Cupisz, "Light probe interpolation using tetrahedral
+//! Interface: `net`, `net_position`, `net_reach`, `net_weights`. The net is Delaunay's: R. Cupisz, "Light probe interpolation using tetrahedral
 //! tessellations", GDC 2012. A walk leads from a cell to the neighbour behind the face that the point is farthest behind; outside
 //! the hull, another leads over its faces to the one that is nearest.
 #define_import_path lucerna::fields::probe_net
 
 #import lucerna::geometry::nearest_point::{in_tetrahedron, nearest_on_segment, nearest_on_triangle}
+#import lucerna::sampling::pcg::pcg
 
 /// No probes; probes on a line, in its order; in a plane. Any other number: in space.
 const NET_EMPTY: u32 = 0u;
@@ -16,6 +17,9 @@ const NET_PLANE: u32 = 2u;
 const NET_OUTSIDE: u32 = 0x80000000u;
 /// Steps of a walk after which it ends, wherever it is.
 const NET_STEPS: u32 = 512u;
+/// Steps after which a walk no longer takes the face that the point is farthest behind (O. Devillers, S. Pion, M. Teillaud, "Walking in a
+/// Triangulation", 2002: a random choice ends in every Delaunay net).
+const NET_CALM_STEPS: u32 = 64u;
 /// How far a point may be behind a face and still be in the cell, as a share of an edge: f32 cannot tell.
 const NET_ROUNDING: f32 = 1e-6;
 
@@ -29,8 +33,13 @@ struct ProbeNet {
     n_points: u32,
     /// Edges of its cells [m].
     start_cell: vec3<f32>,
-    /// Cells and faces of the net.
-    n_cells: u32,
+    /// The unit of probes' distances: how far points are from their nearest ones, in the mean [m].
+    unit: f32,
+    /// Where cells, faces and starts begin in `net_data`.
+    first_cell: u32,
+    first_face: u32,
+    first_start: u32,
+    reserved: u32,
 }
 
 struct NetCell {
@@ -61,23 +70,39 @@ struct NetWeights {
 }
 
 @group(3) @binding(38) var<uniform> net: ProbeNet;
-/// xyz [m].
-@group(3) @binding(39) var<storage, read> net_positions: array<vec4<f32>>;
-@group(3) @binding(40) var<storage, read> net_cells: array<NetCell>;
-@group(3) @binding(41) var<storage, read> net_faces: array<NetFace>;
-/// For each cell of the grid of starts: a cell, or NET_OUTSIDE and a face.
-@group(3) @binding(42) var<storage, read> net_starts: array<u32>;
+/// The net, from the first of each kind on: a `vec4<u32>` for each point (xyz: bits of f32 [m]; w: `net_reach`), two for each cell, two for each
+/// face, and a quarter for each cell of the grid of starts.
+@group(3) @binding(39) var<storage, read> net_data: array<vec4<u32>>;
 
 /// Where a probe is [m].
 fn net_position(probe: u32) -> vec3<f32> {
-    return net_positions[probe].xyz;
+    return bitcast<vec3<f32>>(net_data[probe].xyz);
+}
+
+/// The longest edge at a probe [m].
+fn net_reach(probe: u32) -> f32 {
+    return bitcast<f32>(net_data[probe].w);
+}
+
+/// A cell of the net.
+fn net_cell(cell: u32) -> NetCell {
+    let at = net.first_cell + 2u * cell;
+    return NetCell(net_data[at], net_data[at + 1u]);
+}
+
+/// A face of the hull.
+fn net_face(face: u32) -> NetFace {
+    let at = net.first_face + 2u * face;
+    let neighbours = net_data[at + 1u];
+    return NetFace(net_data[at].xyz, net_data[at].w, neighbours.xyz, neighbours.w);
 }
 
 /// Where a walk to `position` begins.
 fn net_start(position: vec3<f32>) -> u32 {
     let last = vec3<f32>(net.start_size) - 1.0;
     let at = vec3<u32>(clamp(floor((position - net.start_origin) / net.start_cell), vec3<f32>(0.0), last));
-    return net_starts[(at.z * net.start_size.y + at.y) * net.start_size.x + at.x];
+    let ix = (at.z * net.start_size.y + at.y) * net.start_size.x + at.x;
+    return net_data[net.first_start + ix / 4u][ix % 4u];
 }
 
 /// The probes beside a point near a line, in whose order they are.
@@ -115,7 +140,7 @@ fn hull_weights(position: vec3<f32>, start: u32, n_before: u32) -> NetWeights {
     var is_found = false;
     while n_steps < NET_STEPS {
         n_steps += 1u;
-        let here = net_faces[face];
+        let here = net_face(face);
         let a = net_position(here.vertices.x);
         let b = net_position(here.vertices.y);
         let c = net_position(here.vertices.z);
@@ -158,7 +183,7 @@ fn hull_weights(position: vec3<f32>, start: u32, n_before: u32) -> NetWeights {
         began = face;
         face = here.neighbours[k];
     }
-    return NetWeights(vec4<u32>(net_faces[best].vertices, 0u), vec4<f32>(weights, 0.0), n_steps, is_found);
+    return NetWeights(vec4<u32>(net_face(best).vertices, 0u), vec4<f32>(weights, 0.0), n_steps, is_found);
 }
 
 /// Which probes a point is between, and how much each counts. `position` [m].
@@ -176,13 +201,13 @@ fn net_weights(position: vec3<f32>) -> NetWeights {
     }
     if (now & NET_OUTSIDE) != 0u {
         // The point may be inside all the same.
-        now = net_faces[now & ~NET_OUTSIDE].cell;
+        now = net_face(now & ~NET_OUTSIDE).cell;
     }
     // (No cell and no face.)
     var before = 0xffffffffu;
     while (now & NET_OUTSIDE) == 0u && n_steps < NET_STEPS {
         n_steps += 1u;
-        let cell = net_cells[now];
+        let cell = net_cell(now);
         let v = cell.vertices;
         let a = net_position(v.x);
         let b = net_position(v.y);
@@ -210,10 +235,14 @@ fn net_weights(position: vec3<f32>) -> NetWeights {
                 return NetWeights(vec4<u32>(v[i.x], v[i.y], v[i.z], v[k]), vec4<f32>(on, 0.0), n_steps, true);
             }
         }
-        // Through the face that it is farthest behind, but not back.
-        var least = select(0u, 1u, cell.neighbours.x == before);
-        for (var k = 0u; k < 4u; k++) {
-            if cell.neighbours[k] != before && inside.heights[k] < inside.heights[least] {
+        // Through the face that it is farthest behind, but not back; after many steps through any that it is behind: among flat cells, where
+        // heights are rounded, the walk could go in circles.
+        let first = select(0u, pcg(n_steps) & 3u, n_steps > NET_CALM_STEPS);
+        var least = select(first, (first + 1u) & 3u, cell.neighbours[first] == before);
+        for (var ix = 1u; ix < 4u; ix++) {
+            let k = (first + ix) & 3u;
+            let is_better = select(inside.heights[k] < inside.heights[least], inside.heights[least] >= 0.0, n_steps > NET_CALM_STEPS);
+            if cell.neighbours[k] != before && is_better {
                 least = k;
             }
         }
@@ -222,7 +251,7 @@ fn net_weights(position: vec3<f32>) -> NetWeights {
     }
     if (now & NET_OUTSIDE) == 0u {
         // Out of steps: the nearest corner of the last cell.
-        return NetWeights(net_cells[now].vertices, vec4<f32>(1.0, 0.0, 0.0, 0.0), n_steps, false);
+        return NetWeights(net_cell(now).vertices, vec4<f32>(1.0, 0.0, 0.0, 0.0), n_steps, false);
     }
     return hull_weights(position, now & ~NET_OUTSIDE, n_steps);
 }

@@ -1,50 +1,23 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Field: light of probes at the corners of the cells that surfaces meet, looked up at surface points.
+//! Field: light of probes, looked up at surface points: of those at the corners of the cells that surfaces meet.
 //!
-//! Interface: `probes`, `probe_of_corner`, `position_of_probe`, `probe_irradiance`. The layout of `probe_structure`:
-//! `lucerna::components::voxels::bricks`, over the lattice of corners instead of cells.
+//! Interface: `probe_irradiance`; for a lattice, also `probe_of_corner` and `record_of_probe`. The layout of `probe_structure`:
+//! `lucerna::components::voxels::bricks`, over the lattice of corners instead of cells. The variant `probes=net` looks up nets instead.
 #define_import_path lucerna::fields::probes
 
 #import lucerna::components::probes::air::{MIDDLE_STRIDE, WIDE_STRIDE, air_below}
-#import lucerna::components::probes::basis::{WORDS, unpack_light}
-#import lucerna::components::probes::octahedral_map::{MAP_SIDE, map_taps}
 #import lucerna::components::probes::place::{place_is_inside, place_moved}
-#import lucerna::components::probes::probe_light::{ProbeLight, light_irradiance}
-#import lucerna::components::probes::visibility::{seen_share, without_bleeding, wrapped_weight}
+#import lucerna::components::probes::probe_light::light_irradiance
 #import lucerna::components::voxels::bricks::{NO_SLOT, brick_of_cell, slot_in_brick}
-#import lucerna::components::voxels::grid::{VoxelGrid, grid_from_world, is_inside, unpack_cell, world_from_grid}
+#import lucerna::components::voxels::grid::{grid_from_world, is_inside, unpack_cell}
+#import lucerna::fields::probe_store::{ProbePlace, ProbeQuery, light_of_probe, probe_weight, probes}
 
 /// Where the look-up finds its cell: a surface on the border between two cells belongs to the one in front of it [cells].
 const CELL_OFFSET: f32 = 1e-3;
-/// Weight of a probe that does not see a point: it counts where none does.
-const HIDDEN_WEIGHT: f32 = 1e-5;
-/// Weight of a probe that is inside something: it counts where there are no others.
-const INSIDE_WEIGHT: f32 = 1e-3;
+/// A lattice's maps hold all distances that are asked for.
+const NO_REACH: f32 = 1e30;
 
-struct Probes {
-    /// The lattice: "cells" are the corners of the grid's cells, at whole numbers.
-    lattice: VoxelGrid,
-    /// 1: probes that do not see the point, by their maps of distances, count less.
-    uses_distances: u32,
-    /// How far a point is moved along its normal before distances are compared [cells].
-    normal_bias: f32,
-    /// 1: probes behind the surface count less (`wrapped_weight`).
-    wraps: u32,
-    /// Variance that a map's texel has at least [cells²].
-    least_variance: f32,
-    /// See `without_bleeding`.
-    bleeding: f32,
-    reserved_a: u32,
-    reserved_b: u32,
-    reserved_c: u32,
-}
-
-@group(3) @binding(32) var<uniform> probes: Probes;
 @group(3) @binding(33) var<storage, read> probe_structure: array<vec2<u32>>;
-/// WORDS for each probe (`lucerna::components::probes::basis`): the radiance that arrives and was reflected at least once.
-@group(3) @binding(34) var<storage, read> probe_light: array<u32>;
-/// MAP_SIDE² for each probe: mean distance to surfaces [cells] and mean of its square, two halfs (`pack2x16float`).
-@group(3) @binding(35) var<storage, read> probe_distances: array<u32>;
 
 /// The probe at a corner, or NO_SLOT.
 fn probe_of_corner(corner: vec3<i32>) -> u32 {
@@ -61,60 +34,11 @@ fn record_of_probe(probe: u32) -> vec2<u32> {
     return probe_structure[bricks.x * bricks.y * bricks.z + probe];
 }
 
-/// Where a probe is [m].
-fn position_of_probe(probe: u32) -> vec3<f32> {
-    let record = record_of_probe(probe);
-    return world_from_grid(probes.lattice, vec3<f32>(unpack_cell(record.x)) + place_moved(record.y));
-}
-
-/// The light of a probe.
-fn light_of_probe(probe: u32) -> ProbeLight {
-    var words: array<u32, WORDS>;
-    for (var k = 0u; k < WORDS; k++) {
-        words[k] = probe_light[probe * WORDS + k];
-    }
-    return unpack_light(words);
-}
-
-/// Mean distance to surfaces in a direction from a probe [cells], and mean of its square.
-fn probe_moments(probe: u32, direction: vec3<f32>) -> vec2<f32> {
-    let taps = map_taps(direction);
-    var moments = vec2<f32>(0.0);
-    for (var ix = 0u; ix < 4u; ix++) {
-        let texel = probe_distances[probe * MAP_SIDE * MAP_SIDE + taps.texels[ix]];
-        moments += taps.weights[ix] * unpack2x16float(texel);
-    }
-    return moments;
-}
-
-/// A point that is asked for its light.
-struct ProbeQuery {
-    /// In units of the lattice.
-    point: vec3<f32>,
-    /// The point, moved along its normal, from which distances are compared.
-    biased: vec3<f32>,
-    /// Unit length.
-    normal: vec3<f32>,
-}
-
-/// How much a probe counts for a point besides its distance, in [0, 1.2].
-fn probe_weight(probe: u32, query: ProbeQuery) -> f32 {
+/// Where a probe is [cells of the lattice].
+fn place_of_probe(probe: u32) -> ProbePlace {
     let record = record_of_probe(probe);
     let place = vec3<f32>(unpack_cell(record.x)) + place_moved(record.y);
-    var weight = select(1.0, INSIDE_WEIGHT, place_is_inside(record.y));
-    if probes.wraps != 0u {
-        let to_probe = place - query.point;
-        weight *= wrapped_weight(query.normal, to_probe / max(length(to_probe), 1e-6));
-    }
-    if probes.uses_distances != 0u {
-        let from_probe = query.biased - place;
-        let distance = length(from_probe);
-        if distance > 0.0 {
-            let seen = seen_share(distance, probe_moments(probe, from_probe), probes.least_variance);
-            weight *= without_bleeding(seen * seen * seen, probes.bleeding) + HIDDEN_WEIGHT;
-        }
-    }
-    return weight;
+    return ProbePlace(place, place_is_inside(record.y), NO_REACH);
 }
 
 /// A corner of a cell of the air, and its share of the interpolation.
@@ -173,7 +97,7 @@ fn probe_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
                     probe = probe_of_corner(vec3<i32>(wide.corner));
                 }
                 if share > 0.0 && probe != NO_SLOT {
-                    let weight = share * probe_weight(probe, query);
+                    let weight = share * probe_weight(probe, place_of_probe(probe), query);
                     sum += weight * vec4<f32>(light_irradiance(light_of_probe(probe), normal), 1.0);
                 }
             }

@@ -4,7 +4,8 @@
 use super::Row;
 use super::frames::{Bench, sum_of, with_light};
 use glam::{UVec2, Vec3};
-use lucerna::blocking::{read_film, read_stat};
+use lucerna::blocking::{place_net, read_film, read_stat};
+use lucerna::components::probe_net::NetSettings;
 use lucerna::components::probes::{PATHS_PER_UPDATE, ProbeBasis, ProbeSettings, ProbeVisibility};
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::{GpuScene, GpuSceneOptions, RaySource};
@@ -62,6 +63,13 @@ pub fn measure(
                 .rig(picture, ProbeVolume::new(gpu, &gpu_scene, ProbeVolumeSettings(*settings))?)?,
         );
     }
+    let net = place_net(gpu, &gpu_scene, &NetSettings::default())?.net;
+    let nets = [("a net, distances", ours), ("a net, no visibility", none)];
+    for (_, settings) in &nets {
+        let settings = ProbeVolumeSettings(*settings);
+        let technique = ProbeVolume::on_net(gpu, &gpu_scene, settings, net.clone())?;
+        rigs.push(bench.rig(picture, technique)?);
+    }
     let all = bench.run(&mut rigs, &MOVED)?;
     let pictures = rigs
         .iter()
@@ -78,6 +86,12 @@ pub fn measure(
     for (ix, (name, _)) in configurations.iter().take(n_bases).enumerate() {
         let ratio = Some((shade(ix) / frame, FRAME));
         rows.push(Row { ratio, ..Row::new(format!("look-up, {name}"), shade(ix), "ms") });
+    }
+    rows.push(Row::new("probes of a net", net.points().len() as f64, ""));
+    for (ix, (name, _)) in nets.iter().enumerate() {
+        let time = shade(configurations.len() + ix);
+        let ratio = Some((time / frame, FRAME));
+        rows.push(Row { ratio, ..Row::new(format!("look-up, sh2, {name}"), time, "ms") });
     }
     for (ix, (name, settings)) in configurations.iter().take(n_bases).enumerate().skip(exact) {
         let bytes = f64::from(4 * settings.basis.words());

@@ -6,6 +6,7 @@ use super::{
     write_picture, write_timings,
 };
 use crate::CommandResult;
+use crate::net_args::NetArguments;
 use crate::progress::Meter;
 use crate::render::settings::{BAKED, BAKES};
 use clap::Args;
@@ -49,6 +50,8 @@ pub struct RealtimeArguments {
     /// of its light (only `probe-volume`).
     #[arg(long, value_name = "FILE[=WEIGHT]", value_parser = parse_bake)]
     bake: Vec<BakeChoice>,
+    #[command(flatten)]
+    net: NetArguments,
     /// With `--shadows pcss`: radius of point and spot lights [m].
     #[arg(long, value_name = "M", default_value_t = 0.1, value_parser = parse_radius)]
     light_radius: f32,
@@ -74,6 +77,7 @@ impl RealtimeArguments {
         match () {
             () if self.shadows != ShadowArgument::Rays => Some("shadows"),
             () if self.debug_view.is_some() => Some("debug-view"),
+            () if self.net.is_given() => Some("net"),
             () => (!self.bake.is_empty()).then_some("bake"),
         }
     }
@@ -180,7 +184,22 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         None => None,
     };
     let of_voxels = maps.as_ref().map(ShadowMaps::visibility).unwrap_or_default();
-    let mut made = match arguments.realtime.bake.as_slice() {
+    let net = &arguments.realtime.net;
+    if net.is_given() && technique.name != BAKES {
+        return Err(format!("--net means nothing to the technique {}", technique.name).into());
+    }
+    if net.is_given() && !arguments.realtime.bake.is_empty() {
+        return Err("--net means nothing with --bake: probes are where the bake has them".into());
+    }
+    let mut made: Box<dyn lucerna::techniques::Technique> = match arguments.realtime.bake.as_slice()
+    {
+        [] if net.is_given() => {
+            let chosen = ProbeVolumeSettings::from_texts(&settings)?;
+            match net.make(&gpu, &gpu_scene, &settings)? {
+                Some(net) => Box::new(ProbeVolume::on_net(&gpu, &gpu_scene, chosen, net)?),
+                None => technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?,
+            }
+        }
         [] => technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?,
         bakes if technique.name == BAKES => {
             if let Some((name, _)) = settings.iter().find(|(name, _)| {

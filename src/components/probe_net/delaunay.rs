@@ -56,22 +56,28 @@ pub(super) fn in_space(
             }
         }
         if is_finite {
-            let at = |v: u32| points[v as usize];
-            let turned = orientation(vertices.map(at));
-            if turned < 0.0 {
-                vertices.swap(2, 3);
-            }
             cells.push(NetCell { vertices, neighbours: [OUTSIDE; 4] });
         }
     }
+    // The crate turns all cells the same way; what flat ones are turned by does not show in their volumes.
+    let turned = |cell: &NetCell| orientation(cell.vertices.map(|v| points[v as usize]));
+    if cells.iter().map(turned).find(|turned| *turned != 0.0).is_some_and(|turned| turned < 0.0) {
+        cells.iter_mut().for_each(|cell| cell.vertices.swap(2, 3));
+    }
     let hull = connect(&mut cells);
-    let flat_ones = flat_at_hull(points, &cells, &hull, flat);
-    let mut kept: Vec<NetCell> = cells
-        .into_iter()
-        .enumerate()
-        .filter_map(|(ix, cell)| (!flat_ones.contains(&ix)).then_some(cell))
-        .collect();
-    let hull = connect(&mut kept);
+    let mut flat_ones = flat_at_hull(points, &cells, &hull, flat);
+    let (mut kept, hull) = loop {
+        let is_kept = |(ix, cell): (usize, &NetCell)| (!flat_ones.contains(&ix)).then_some(*cell);
+        let mut kept: Vec<NetCell> = cells.iter().enumerate().filter_map(is_kept).collect();
+        let hull = connect(&mut kept);
+        // Where the surface would touch itself, flat cells stay.
+        let touched = touched_corners(&kept, &hull);
+        let n_before = flat_ones.len();
+        flat_ones.retain(|ix| !cells[*ix].vertices.iter().any(|v| touched.contains(v)));
+        if flat_ones.len() == n_before {
+            break (kept, hull);
+        }
+    };
     let faces = faces_of(&mut kept, &hull).map_err(failed)?;
     check(points, &kept)?;
     Ok((kept, faces))
@@ -102,6 +108,33 @@ fn flat_at_hull(
         }
     }
     out
+}
+
+/// Corners at which the surface of some cells touches itself: around them, its faces are not one ring.
+fn touched_corners(cells: &[NetCell], hull: &[(usize, usize)]) -> HashSet<u32> {
+    // For each corner, the edges opposite to it of its faces.
+    let mut rings: HashMap<u32, Vec<[u32; 2]>> = HashMap::new();
+    for &(cell, side) in hull {
+        let face = FACES[side].map(|corner| cells[cell].vertices[corner]);
+        for k in 0..3 {
+            rings.entry(face[k]).or_default().push([face[(k + 1) % 3], face[(k + 2) % 3]]);
+        }
+    }
+    let is_ring = |edges: &Vec<[u32; 2]>| {
+        let next: HashMap<u32, u32> = edges.iter().map(|[from, to]| (*from, *to)).collect();
+        let mut at = edges[0][0];
+        for n in 1..=edges.len() {
+            match next.get(&at) {
+                Some(to) => at = *to,
+                None => return false,
+            }
+            if at == edges[0][0] {
+                return n == edges.len();
+            }
+        }
+        false
+    };
+    rings.iter().filter(|(_, edges)| !is_ring(edges)).map(|(corner, _)| *corner).collect()
 }
 
 /// Four points that are far from each other: from the first, from a line, from a plane.

@@ -13,6 +13,7 @@
 //! nearest point of the hull: that is continuous, and never farther off than what probes have found.
 
 mod delaunay;
+mod placement;
 
 use crate::bindings::lucerna::fields::probe_net as wgsl;
 use crate::gpu::{
@@ -20,6 +21,9 @@ use crate::gpu::{
 };
 use glam::{DVec2, DVec3, UVec3, Vec3};
 use std::collections::HashMap;
+
+pub(crate) use placement::Candidates;
+pub use placement::{InspectPass, Inspected, NetRule, NetSettings, PlacedNet};
 
 /// Set in a neighbour's index: a face of the hull, not a cell.
 pub const OUTSIDE: u32 = 0x8000_0000;
@@ -285,13 +289,22 @@ impl ProbeNet {
     /// A buffer is larger than the device can bind.
     pub fn upload(&self, gpu: &Gpu) -> Result<NetBuffers, GpuError> {
         let copied = wgpu::BufferUsages::COPY_DST;
-        let storage = |what, bytes: &[u8]| {
-            let of = storage_buffer(gpu, what, bytes.len().max(32) as u64, copied, ADVICE)?;
-            gpu.queue.write_buffer(&of, 0, bytes);
-            Ok::<_, GpuError>(of)
-        };
-        let positions: Vec<[f32; 4]> =
-            self.points.iter().map(|p| p.extend(0.0).to_array()).collect();
+        let reach = self.reach();
+        let points = self.points.iter().zip(&reach).map(|(p, reach)| p.extend(*reach).to_array());
+        let mut data: Vec<[u32; 4]> = points.map(|of| of.map(f32::to_bits)).collect();
+        let first_cell = data.len() as u32;
+        data.extend(self.cells.iter().flat_map(|cell| [cell.vertices, cell.neighbours]));
+        let first_face = data.len() as u32;
+        data.extend(self.faces.iter().flat_map(|face| {
+            let ([a, b, c], [x, y, z]) = (face.vertices, face.neighbours);
+            [[a, b, c, face.cell], [x, y, z, face.reserved]]
+        }));
+        let first_start = data.len() as u32;
+        data.extend(self.starts.chunks(4).map(|four| {
+            let mut all = [OUTSIDE; 4];
+            all[..four.len()].copy_from_slice(four);
+            all
+        }));
         let info = wgsl::ProbeNet {
             start_origin: self.start_origin,
             kind: match self.kind {
@@ -303,18 +316,68 @@ impl ProbeNet {
             start_size: self.start_size,
             n_points: self.points.len() as u32,
             start_cell: self.start_cell,
-            n_cells: (self.cells.len() + self.faces.len()) as u32,
+            unit: self.unit(),
+            first_cell,
+            first_face,
+            first_start,
+            reserved: 0,
         };
         let usage = wgpu::BufferUsages::UNIFORM | copied;
         let uniform = buffer(gpu, "net of probes", size_of::<wgsl::ProbeNet>() as u64, usage);
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&info));
-        Ok(NetBuffers {
-            uniform,
-            positions: storage("places of probes", bytemuck::cast_slice(&positions))?,
-            cells: storage("cells of a net", bytemuck::cast_slice(&self.cells))?,
-            faces: storage("faces of a net", bytemuck::cast_slice(&self.faces))?,
-            starts: storage("starts in a net", bytemuck::cast_slice(&self.starts))?,
-        })
+        let bytes: &[u8] = bytemuck::cast_slice(&data);
+        let of_net = storage_buffer(gpu, "net of probes", bytes.len() as u64, copied, ADVICE)?;
+        gpu.queue.write_buffer(&of_net, 0, bytes);
+        Ok(NetBuffers { uniform, data: of_net })
+    }
+
+    /// The edges of its cells, or faces, or line: pairs of points, the lower index first, in order.
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let mut all: Vec<[u32; 2]> = Vec::new();
+        let mut add = |of: &[u32]| {
+            for (ix, &a) in of.iter().enumerate() {
+                all.extend(of[ix + 1..].iter().map(|&b| [a.min(b), a.max(b)]));
+            }
+        };
+        self.cells.iter().for_each(|cell| add(&cell.vertices));
+        self.faces.iter().for_each(|face| add(&face.vertices));
+        if self.kind == NetKind::Line {
+            (1..self.points.len() as u32).for_each(|ix| add(&[ix - 1, ix]));
+        }
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    fn length(&self, [a, b]: [u32; 2]) -> f64 {
+        self.points[a as usize].as_dvec3().distance(self.points[b as usize].as_dvec3())
+    }
+
+    /// How far its points are from the nearest ones along edges, in the mean \[m\]: the unit of probes' distances; 1 without edges.
+    pub fn unit(&self) -> f32 {
+        let mut shortest = vec![f64::INFINITY; self.points.len()];
+        for edge in self.edges() {
+            let length = self.length(edge);
+            for end in edge {
+                shortest[end as usize] = length.min(shortest[end as usize]);
+            }
+        }
+        shortest.retain(|length| length.is_finite());
+        let sum: f64 = shortest.iter().sum();
+        if shortest.is_empty() { 1.0 } else { (sum / shortest.len() as f64) as f32 }
+    }
+
+    /// The longest edge at each point \[m\]; 1 without edges.
+    fn reach(&self) -> Vec<f32> {
+        let edges = self.edges();
+        let mut reach = vec![if edges.is_empty() { 1.0 } else { 0.0 }; self.points.len()];
+        for edge in edges {
+            let length = self.length(edge) as f32;
+            for end in edge {
+                reach[end as usize] = length.max(reach[end as usize]);
+            }
+        }
+        reach
     }
 }
 
@@ -354,21 +417,12 @@ impl FindPass {
 #[derive(Debug)]
 pub struct NetBuffers {
     uniform: wgpu::Buffer,
-    positions: wgpu::Buffer,
-    cells: wgpu::Buffer,
-    faces: wgpu::Buffer,
-    starts: wgpu::Buffer,
+    data: wgpu::Buffer,
 }
 
 impl NetBuffers {
     /// The bindings of kernels that look up (`fields::probe_net`).
     pub fn field(&self) -> Bindings<'_> {
-        vec![
-            ("net", (&self.uniform).into()),
-            ("net_positions", (&self.positions).into()),
-            ("net_cells", (&self.cells).into()),
-            ("net_faces", (&self.faces).into()),
-            ("net_starts", (&self.starts).into()),
-        ]
+        vec![("net", (&self.uniform).into()), ("net_data", (&self.data).into())]
     }
 }

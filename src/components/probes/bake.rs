@@ -6,13 +6,14 @@
 //! | bytes | what |
 //! |---|---|
 //! | 8 | `LUCPROBE` |
-//! | 4 | the version of the format, 1 |
+//! | 4 | the version of the format, 2 |
 //! | 4 | number of probes |
-//! | 12 | corners of the lattice along each axis |
-//! | 4, 12 | edge of a cell \[m\], where corner (0, 0, 0) is \[m\], f32 |
+//! | 12 | corners of the lattice along each axis; 0: probes are at the points of a net |
+//! | 4, 12 | edge of a cell \[m\], where corner (0, 0, 0) is \[m\], f32; 0 for a net |
 //! | 4, 4, 4, 4, 4, 4 | cells; paths; bounces; seed; 1 if probes move; noise (f32) |
 //! | 24 | the scene's fingerprint: shape, pose, light |
 //! | 408 a probe | [`BakedProbe`] |
+//! | 12 a probe, only of a net | where it is \[m\], f32 |
 //! | 8 | XXH3 (64 bits) of everything before |
 
 use super::settings::ProbeSettings;
@@ -22,20 +23,22 @@ use crate::picture::write_whole_file;
 use crate::scene::SceneFingerprint;
 use crate::settings;
 use glam::{UVec3, Vec3};
+use std::cmp::Ordering;
 use std::io::{self, Write};
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 8] = *b"LUCPROBE";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER_BYTES: usize = 8 + 4 * 15 + 3 * 8;
 const CHECKSUM_BYTES: usize = 8;
+const POINT_BYTES: usize = 12;
 
 /// One probe of a [`ProbeBake`].
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct BakedProbe {
-    /// Its corner of the lattice, 10 bits for each axis, x lowest.
+    /// Its corner of the lattice, 10 bits for each axis, x lowest; 0 in a net.
     pub corner: u32,
     /// Where it is, relative to its corner, and whether it is inside something (`wgsl/components/probes/place.wgsl`).
     pub place: u32,
@@ -70,6 +73,25 @@ impl BakedProbe {
     }
 }
 
+/// Where baked probes are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BakedLayout {
+    /// At corners of a lattice.
+    Lattice {
+        /// Where corner (0, 0, 0) is \[m\].
+        origin: Vec3,
+        /// Edge of a cell \[m\].
+        cell: f32,
+        /// Corners along each axis.
+        size: UVec3,
+    },
+    /// At the points of a net.
+    Net {
+        /// One for each probe \[m\], as [`ProbeNet::points`](crate::components::probe_net::ProbeNet::points) has them.
+        points: Vec<Vec3>,
+    },
+}
+
 /// Probes that have gathered light, as data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProbeBake {
@@ -80,12 +102,8 @@ pub struct ProbeBake {
     pub settings: ProbeSettings,
     /// Paths that each probe has followed, unless it stopped before.
     pub n_paths: u32,
-    /// Where corner (0, 0, 0) of the lattice is \[m\].
-    pub origin: Vec3,
-    /// Edge of a cell \[m\].
-    pub cell: f32,
-    /// Corners along each axis.
-    pub size: UVec3,
+    /// Where they are.
+    pub layout: BakedLayout,
     /// In the order of their slots.
     pub probes: Vec<BakedProbe>,
 }
@@ -105,6 +123,11 @@ pub enum BakeError {
         "it has version {0} of the format, and this program reads version {VERSION}: use a newer lucerna, or bake again"
     )]
     Newer(u32),
+    /// It was written by an earlier version.
+    #[error(
+        "it has version {0} of the format, and this program reads version {VERSION}: bake again"
+    )]
+    Older(u32),
     /// A part is missing.
     #[error("it is truncated: it has {found} bytes, and {expected} are expected; bake again")]
     Truncated {
@@ -127,21 +150,17 @@ pub enum BakeError {
 }
 
 impl ProbeBake {
-    /// The lattice that its probes are on.
-    pub(super) fn lattice(&self) -> VoxelGrid {
-        VoxelGrid {
-            origin: self.origin,
-            cell: self.cell,
-            size: self.size,
-            n_faces: MAP_SIDE * MAP_SIDE,
-            bricks: (self.size + BRICK - 1) / BRICK,
-            capacity: self.probes.len().max(1) as u32,
+    /// Where each probe is \[m\].
+    pub fn positions(&self) -> Vec<Vec3> {
+        match &self.layout {
+            BakedLayout::Lattice { origin, cell, .. } => {
+                let at = |probe: &BakedProbe| {
+                    *origin + (probe.corner().as_vec3() + probe.moved()) * *cell
+                };
+                self.probes.iter().map(at).collect()
+            }
+            BakedLayout::Net { points } => points.clone(),
         }
-    }
-
-    /// Where a probe is \[m\].
-    pub fn position(&self, probe: &BakedProbe) -> Vec3 {
-        self.origin + (probe.corner().as_vec3() + probe.moved()) * self.cell
     }
 
     /// What has changed in a scene since it was baked, in sentences; empty if nothing has.
@@ -166,15 +185,20 @@ impl ProbeBake {
         Ok(changes)
     }
 
-    /// Whether its places and distances are those of a bake with these settings.
-    pub fn is_placed_like(&self, settings: &ProbeSettings) -> bool {
-        self.settings.cells == settings.cells && self.settings.moves == settings.moves
+    /// Whether its places and distances are those of a bake with these settings, and the same net, if any.
+    pub fn is_placed_like(&self, settings: &ProbeSettings, net: Option<&[Vec3]>) -> bool {
+        if let BakedLayout::Net { points } = &self.layout {
+            return net == Some(points);
+        }
+        net.is_none()
+            && self.settings.cells == settings.cells
+            && self.settings.moves == settings.moves
     }
 
     /// Whether its light goes on as that of a bake with these settings.
-    pub fn is_lit_like(&self, settings: &ProbeSettings) -> bool {
+    pub fn is_lit_like(&self, settings: &ProbeSettings, net: Option<&[Vec3]>) -> bool {
         let of = &self.settings;
-        self.is_placed_like(settings)
+        self.is_placed_like(settings, net)
             && of.n_bounces == settings.n_bounces
             && of.seed == settings.seed
             && of.noise == settings.noise
@@ -185,8 +209,12 @@ impl ProbeBake {
         let mut out = Vec::with_capacity(HEADER_BYTES + PROBE_BYTES * self.probes.len() + 8);
         out.extend(MAGIC);
         let of = &self.settings;
-        let numbers = [VERSION, self.probes.len() as u32, self.size.x, self.size.y, self.size.z];
-        let floats = [self.cell, self.origin.x, self.origin.y, self.origin.z].map(f32::to_bits);
+        let (origin, cell, size) = match self.layout {
+            BakedLayout::Lattice { origin, cell, size } => (origin, cell, size),
+            BakedLayout::Net { .. } => (Vec3::ZERO, 0.0, UVec3::ZERO),
+        };
+        let numbers = [VERSION, self.probes.len() as u32, size.x, size.y, size.z];
+        let floats = [cell, origin.x, origin.y, origin.z].map(f32::to_bits);
         let more = [
             of.cells,
             self.n_paths,
@@ -203,6 +231,10 @@ impl ProbeBake {
         }
         for word in bytemuck::cast_slice::<_, u32>(&self.probes) {
             out.extend(word.to_le_bytes());
+        }
+        if let BakedLayout::Net { points } = &self.layout {
+            let numbers = points.iter().flat_map(|point| point.to_array());
+            numbers.for_each(|number| out.extend(number.to_le_bytes()));
         }
         out.extend(xxh3_64(&out).to_le_bytes());
         out
@@ -222,11 +254,21 @@ impl ProbeBake {
             Some(u32::from_le_bytes(four.try_into().ok()?))
         };
         let version = word(0).ok_or(truncated(HEADER_BYTES + CHECKSUM_BYTES))?;
-        if version != VERSION {
-            return Err(BakeError::Newer(version));
+        match version.cmp(&VERSION) {
+            Ordering::Greater => return Err(BakeError::Newer(version)),
+            Ordering::Less => return Err(BakeError::Older(version)),
+            Ordering::Equal => {}
         }
-        let n = word(1).ok_or(truncated(HEADER_BYTES + CHECKSUM_BYTES))? as usize;
-        let expected = HEADER_BYTES + PROBE_BYTES * n + CHECKSUM_BYTES;
+        if bytes.len() < HEADER_BYTES + CHECKSUM_BYTES {
+            return Err(truncated(HEADER_BYTES + CHECKSUM_BYTES));
+        }
+        // (All of them are there.)
+        let number = |ix| word(ix).unwrap_or(0);
+        let n = number(1) as usize;
+        let size = UVec3::new(number(2), number(3), number(4));
+        let is_net = size == UVec3::ZERO;
+        let end_of_probes = HEADER_BYTES + PROBE_BYTES * n;
+        let expected = end_of_probes + if is_net { POINT_BYTES * n } else { 0 } + CHECKSUM_BYTES;
         if bytes.len() < expected {
             return Err(truncated(expected));
         }
@@ -240,12 +282,14 @@ impl ProbeBake {
         if xxh3_64(contents).to_le_bytes() != checksum {
             return Err(BakeError::Damaged);
         }
-        // (All of them are there.)
-        let number = |ix| word(ix).unwrap_or(0);
         let float = |ix| f32::from_bits(number(ix));
         let long = |ix| u64::from(number(ix)) | u64::from(number(ix + 1)) << 32;
-        let words = contents[HEADER_BYTES..].chunks_exact(4);
-        let words: Vec<u32> = words.map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect();
+        let words = |of: &[u8]| -> Vec<u32> {
+            let four = |w: &[u8]| u32::from_le_bytes([w[0], w[1], w[2], w[3]]);
+            of.chunks_exact(4).map(four).collect()
+        };
+        let points = words(&contents[end_of_probes..]);
+        let point = |of: &[u32]| Vec3::from_array([of[0], of[1], of[2]].map(f32::from_bits));
         let bake = Self {
             scene: SceneFingerprint { shape: long(15), pose: long(17), light: long(19) },
             settings: settings!(ProbeSettings {
@@ -257,10 +301,13 @@ impl ProbeBake {
                 noise: float(14),
             }),
             n_paths: number(10),
-            origin: Vec3::new(float(6), float(7), float(8)),
-            cell: float(5),
-            size: UVec3::new(number(2), number(3), number(4)),
-            probes: bytemuck::pod_collect_to_vec(&words),
+            layout: if is_net {
+                BakedLayout::Net { points: points.chunks_exact(3).map(point).collect() }
+            } else {
+                let origin = Vec3::new(float(6), float(7), float(8));
+                BakedLayout::Lattice { origin, cell: float(5), size }
+            },
+            probes: bytemuck::pod_collect_to_vec(&words(&contents[HEADER_BYTES..end_of_probes])),
         };
         bake.validate()?;
         Ok(bake)
@@ -270,26 +317,37 @@ impl ProbeBake {
     fn validate(&self) -> Result<(), BakeError> {
         let invalid = |what: String| Err(BakeError::Invalid(what));
         let of = &self.settings;
-        if self.size.min_element() < 2 || self.size.max_element() > MAX_SIZE + 1 {
-            return invalid(format!("a lattice of {} corners", self.size));
-        }
-        if !(self.cell > 0.0 && self.cell.is_finite() && self.origin.is_finite()) {
-            return invalid(format!("cells of {} m at {}", self.cell, self.origin));
+        match &self.layout {
+            BakedLayout::Lattice { origin, cell, size } => {
+                if size.min_element() < 2 || size.max_element() > MAX_SIZE + 1 {
+                    return invalid(format!("a lattice of {size} corners"));
+                }
+                if !(*cell > 0.0 && cell.is_finite() && origin.is_finite()) {
+                    return invalid(format!("cells of {cell} m at {origin}"));
+                }
+            }
+            BakedLayout::Net { points } => {
+                if let Some(ix) = points.iter().position(|point| !point.is_finite()) {
+                    return invalid(format!("point {ix} is not finite"));
+                }
+            }
         }
         if of.n_bounces == 0 || !(0.0..=1.0).contains(&of.noise) {
             return invalid(format!("{} bounces, noise {}", of.n_bounces, of.noise));
         }
         let mut last = None;
         for (ix, probe) in self.probes.iter().enumerate() {
-            let corner = probe.corner();
-            if corner.cmpge(self.size).any() || probe.corner >> 30 != 0 {
-                return invalid(format!("probe {ix} is at corner {corner} of {}", self.size));
+            if let BakedLayout::Lattice { size, .. } = self.layout {
+                let corner = probe.corner();
+                if corner.cmpge(size).any() || probe.corner >> 30 != 0 {
+                    return invalid(format!("probe {ix} is at corner {corner} of {size}"));
+                }
+                let slot = Some(slot_order(&lattice_of(self), corner));
+                if slot <= last {
+                    return invalid(format!("probe {ix} is out of order"));
+                }
+                last = slot;
             }
-            let slot = Some(slot_order(&self.lattice(), corner));
-            if slot <= last {
-                return invalid(format!("probe {ix} is out of order"));
-            }
-            last = slot;
             if !probe.gathered.as_flattened().iter().all(|number| number.is_finite()) {
                 return invalid(format!("the light of probe {ix} is not finite"));
             }
@@ -324,30 +382,54 @@ impl ProbeBake {
     /// { "units": "…", "lattice": { "origin": [x, y, z], "cell": m, "size": [x, y, z] }, "paths": n,
     ///   "probes": [ { "corner": [x, y, z], "position": [x, y, z], "inside": false, "sh2": [[r, g, b], … nine] } ] }
     /// ```
+    ///
+    /// A net has neither lattice nor corners.
     pub fn to_json(&self) -> String {
-        let probes: Vec<_> = self
-            .probes
-            .iter()
-            .map(|probe| {
-                serde_json::json!({
-                    "corner": probe.corner().to_array(),
-                    "position": self.position(probe).to_array(),
-                    "inside": probe.is_inside(),
-                    "sh2": probe.light().map(|c| c.to_array()),
-                })
-            })
-            .collect();
-        let json = serde_json::json!({
+        let lattice = match &self.layout {
+            BakedLayout::Lattice { origin, cell, size } => Some(serde_json::json!({
+                "origin": origin.to_array(),
+                "cell": cell,
+                "size": size.to_array(),
+            })),
+            BakedLayout::Net { .. } => None,
+        };
+        let of = |(probe, position): (&BakedProbe, Vec3)| {
+            let mut json = serde_json::json!({
+                "position": position.to_array(),
+                "sh2": probe.light().map(|c| c.to_array()),
+            });
+            if lattice.is_some() {
+                json["corner"] = serde_json::json!(probe.corner().to_array());
+                json["inside"] = probe.is_inside().into();
+            }
+            json
+        };
+        let probes: Vec<_> = self.probes.iter().zip(self.positions()).map(of).collect();
+        let mut json = serde_json::json!({
             "units": "metres; sh2: coefficients of incoming radiance [W/sr/m2] that was reflected at least once, real spherical harmonics in the order l*l + l + m, without the Condon-Shortley phase, +Y up",
-            "lattice": {
-                "origin": self.origin.to_array(),
-                "cell": self.cell,
-                "size": self.size.to_array(),
-            },
             "paths": self.n_paths,
             "probes": probes,
         });
+        if let Some(lattice) = lattice {
+            json["lattice"] = lattice;
+        }
         json.to_string()
+    }
+}
+
+/// The lattice that a bake's probes are on; empty for a net.
+pub(super) fn lattice_of(bake: &ProbeBake) -> VoxelGrid {
+    let (origin, cell, size) = match bake.layout {
+        BakedLayout::Lattice { origin, cell, size } => (origin, cell, size),
+        BakedLayout::Net { .. } => (Vec3::ZERO, 1.0, UVec3::ONE),
+    };
+    VoxelGrid {
+        origin,
+        cell,
+        size,
+        n_faces: MAP_SIDE * MAP_SIDE,
+        bricks: (size + BRICK - 1) / BRICK,
+        capacity: bake.probes.len().max(1) as u32,
     }
 }
 
@@ -362,7 +444,7 @@ fn slot_order(lattice: &VoxelGrid, corner: UVec3) -> u32 {
 
 /// The words of the structure (`wgsl/components/voxels/bricks.wgsl`) of a bake's probes.
 pub(super) fn structure_of(bake: &ProbeBake) -> Vec<[u32; 2]> {
-    let lattice = bake.lattice();
+    let lattice = lattice_of(bake);
     let mut bits = vec![0u32; n_bricks(&lattice) as usize];
     for probe in &bake.probes {
         let order = slot_order(&lattice, probe.corner());

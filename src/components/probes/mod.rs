@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light probes at the corners of the cells that surfaces meet: spherical harmonics of the light that arrives, and how far each
-//! probe sees.
+//! Light probes: spherical harmonics of the light that arrives, and how far each probe sees. They are at the corners of the cells that
+//! surfaces meet, or at the points of a net.
 //!
 //! ```text
-//! Voxelizer ──cells──▶ probes/mark, mark_air ──▶ Occupancy ──lattice──▶ probes/place, probes/distances
-//!  when something moved                           a slot for each corner   out of walls; how far each sees
-//!                                                                             │
-//!                      fields::probes ◀──light── probes/pack ◀──gathered── probes/gather
-//!                       pixels                    in a basis               paths, until there are enough
+//! Voxelizer ──cells──▶ probes/mark, mark_air ──▶ Occupancy ──lattice──▶ probes/place ──▶ probes/distances
+//!  when something moved                           a slot for each corner   out of walls    how far each sees
+//!                                    (or) ProbeNet ──points───────────────────────────────────▶ │
+//!                                                                                              ▼
+//!                      fields::probes ◀──light── probes/pack ◀──gathered────────────── probes/gather
+//!                       pixels                    in a basis                           paths, until there are enough
 //! ```
 //!
 //! Light-probe volumes (2016) place probes so (`docs/techniques/probe-volume.md`). Probes are found by the rank of their bit,
@@ -15,17 +16,18 @@
 
 #[cfg(feature = "bake")]
 mod bake;
+mod lattice;
+mod layout;
+#[cfg(feature = "nets")]
+mod net;
 mod settings;
 
 use crate::bindings::kernels::probes::blend::BlendInfo;
 use crate::bindings::kernels::probes::gather::GatherInfo;
 use crate::bindings::kernels::probes::pack::PackInfo;
-use crate::bindings::kernels::probes::place::PlaceInfo;
-use crate::bindings::lucerna::components::probes::air::{MIDDLE_STRIDE, WIDE_STRIDE};
-use crate::bindings::lucerna::fields::probes::Probes as ProbesUniform;
+use crate::bindings::lucerna::fields::probe_store::Probes as ProbesUniform;
 use crate::components::voxels::{
-    BRICK, MAX_BINDING, Occupancy, RECORD_GROUPS_OFFSET, Resolution, Triangles,
-    VOXEL_GROUPS_OFFSET, VoxelError, VoxelGrid, Voxelizer, grid_for_bounds, n_bricks,
+    Occupancy, RECORD_GROUPS_OFFSET, VOXEL_GROUPS_OFFSET, VoxelError, VoxelGrid,
 };
 use crate::gpu::{
     Bindings, ComputeKernel, Dispatch, Gpu, Recorder, Shaders, buffer, storage_buffer,
@@ -33,13 +35,14 @@ use crate::gpu::{
 use crate::report::{Notice, Stat};
 use crate::seam::{Revisions, SceneSeam, check_shaders};
 use crate::shader::Variant;
-use glam::UVec3;
+use lattice::Lattice;
+use layout::Layout;
 
 pub use crate::bindings::kernels::probes::gather::WORKGROUP as PATHS_PER_UPDATE;
 pub use crate::bindings::lucerna::components::probes::gathered::COEFFICIENTS;
 pub use crate::bindings::lucerna::components::probes::octahedral_map::MAP_SIDE;
 #[cfg(feature = "bake")]
-pub use bake::{BakeError, BakedProbe, ProbeBake};
+pub use bake::{BakeError, BakedLayout, BakedProbe, ProbeBake};
 pub use settings::{ProbeBasis, ProbeSettings, ProbeVisibility};
 
 /// Bytes of a probe besides its light: 64 pairs of halfs, its corner and its place.
@@ -49,47 +52,29 @@ const GATHERED_BYTES: u64 = 16 * COEFFICIENTS as u64;
 const ADVICE: &str = "use fewer cells";
 /// Of the count of probes that followed paths in the last update, in the buffer of faults.
 const N_ACTIVE_OFFSET: u64 = 8;
-/// There is room for this many probes, or for all corners.
-const LEAST_ROOM: u32 = 4096;
-/// The most that there is room for: more would need bindings above 128 MiB.
-const MAX_ROOM: u32 = (MAX_BINDING / (4 * (MAP_SIDE * MAP_SIDE) as u64)) as u32;
-
-/// Corners of cells of this stride in a lattice of this many corners along each axis.
-fn n_air(size: UVec3, stride: u32) -> u32 {
-    ((size - 1 + (stride - 1)) / stride + 1).element_product()
-}
-
 /// Probes of a scene. They gather light until each has followed enough paths, and anew when the scene changes.
 #[derive(Debug)]
 pub struct Probes {
     settings: ProbeSettings,
     shaders: Shaders,
-    /// None: probes are where a bake had them.
-    voxelizer: Option<Voxelizer>,
+    layout: Layout,
     /// Gathered light that is blended, with its weights; empty: probes gather their own.
     baked: Vec<(wgpu::Buffer, f32)>,
+    /// Whether places and distances are those of a bake.
+    places_are_baked: bool,
     /// Whether the scene has changed since baked probes, or probes at a bake's places, were first used.
     is_outdated: bool,
     /// Whether what was gathered was not packed since: the weights of bakes have changed, or it is a bake's.
     is_to_pack: bool,
-    lattice: VoxelGrid,
-    mark: ComputeKernel,
-    mark_air: ComputeKernel,
-    place_kernel: ComputeKernel,
-    bits: wgpu::Buffer,
-    occupancy: Occupancy,
     distances_kernel: ComputeKernel,
     gather: ComputeKernel,
     blend: ComputeKernel,
     pack: ComputeKernel,
-    /// `Probes` of `fields::probes`.
+    /// `Probes` of `fields::probe_store`.
     uniform: wgpu::Buffer,
-    /// The lattice alone.
-    lattice_uniform: wgpu::Buffer,
     gathered: wgpu::Buffer,
     light: wgpu::Buffer,
     distances: wgpu::Buffer,
-    placed: wgpu::Buffer,
     faults: wgpu::Buffer,
     /// Revisions of the scene at the last update; None before the first one.
     seen: Option<Revisions>,
@@ -106,25 +91,24 @@ impl Probes {
         scene: &dyn SceneSeam,
         settings: ProbeSettings,
     ) -> Result<Self, VoxelError> {
-        let of = scene.facts();
-        let cells = Resolution::Longest(settings.cells);
-        let grid = grid_for_bounds(of.bounds_min, of.bounds_max, cells, 1, None)?;
-        let size = grid.size + 1;
-        let lattice = VoxelGrid {
-            size,
-            bricks: (size + BRICK - 1) / BRICK,
-            // A cell has eight corners, but surfaces' cells share most of them: there are about two for each. And those of the air.
-            capacity: size
-                .element_product()
-                .min((2 * grid.capacity + n_air(size, MIDDLE_STRIDE)).max(LEAST_ROOM))
-                .min(MAX_ROOM),
-            // Invocations for each probe.
-            n_faces: MAP_SIDE * MAP_SIDE,
-            ..grid
-        };
-        let mut made = Self::on_lattice(gpu, scene, settings, lattice)?;
-        made.voxelizer = Some(Voxelizer::new(gpu, scene, grid)?);
-        Ok(made)
+        let lattice = Lattice::new(gpu, scene, &settings)?;
+        Self::with_layout(gpu, scene, settings, Layout::Lattice(Box::new(lattice)))
+    }
+
+    /// Probes at the points of a net, for scenes of the same variant. Of `settings`, `cells` and `moves` do not count: points stay where
+    /// they are, and none should be inside something ([`place_net`](crate::blocking::place_net) leaves those out).
+    ///
+    /// # Errors
+    /// A buffer is larger than the device can bind ([`VoxelError`]).
+    #[cfg(feature = "nets")]
+    pub fn on_net(
+        gpu: &Gpu,
+        scene: &dyn SceneSeam,
+        settings: ProbeSettings,
+        net: crate::components::probe_net::ProbeNet,
+    ) -> Result<Self, VoxelError> {
+        let net = Box::new(net::Net::new(gpu, net)?);
+        Self::with_layout(gpu, scene, settings, Layout::Net(net))
     }
 
     /// Probes of one bake, or several: their light is blended ([`Self::set_weights`]), at first all of the first one. Of `settings`, those of
@@ -146,19 +130,15 @@ impl Probes {
         };
         let place = |of: &BakedProbe| (of.corner, of.place);
         let are_same = |other: &&ProbeBake| {
-            let same_lattice =
-                (first.origin, first.cell, first.size) == (other.origin, other.cell, other.size);
-            same_lattice && first.probes.iter().map(place).eq(other.probes.iter().map(place))
+            let same_layout = first.layout == other.layout;
+            same_layout && first.probes.iter().map(place).eq(other.probes.iter().map(place))
         };
         if !others.iter().all(are_same) {
             return Err(VoxelError::OtherProbes);
         }
-        let lattice = first.lattice();
-        let mut made =
-            Self::on_lattice(gpu, scene, first.settings.with_look_up(&settings), lattice)?;
-        made.upload(gpu, first);
+        let mut made = Self::at_places(gpu, scene, first.settings.with_look_up(&settings), first)?;
         for (ix, bake) in bakes.iter().enumerate() {
-            let bytes = GATHERED_BYTES * u64::from(lattice.capacity);
+            let bytes = GATHERED_BYTES * u64::from(made.layout.capacity());
             let copied = wgpu::BufferUsages::COPY_DST;
             let light = storage_buffer(gpu, "baked light of probes", bytes, copied, ADVICE)?;
             let gathered: Vec<_> = bake.probes.iter().map(|probe| probe.gathered).collect();
@@ -184,8 +164,7 @@ impl Probes {
         bake: &ProbeBake,
         goes_on: bool,
     ) -> Result<Self, VoxelError> {
-        let mut made = Self::on_lattice(gpu, scene, settings, bake.lattice())?;
-        made.upload(gpu, bake);
+        let mut made = Self::at_places(gpu, scene, settings, bake)?;
         if goes_on {
             let gathered: Vec<_> = bake.probes.iter().map(|probe| probe.gathered).collect();
             gpu.queue.write_buffer(&made.gathered, 0, bytemuck::cast_slice(&gathered));
@@ -196,17 +175,43 @@ impl Probes {
         Ok(made)
     }
 
-    /// Places, distances and marks of a bake.
+    /// With the places, distances and marks of a bake.
     #[cfg(feature = "bake")]
-    fn upload(&self, gpu: &Gpu, bake: &ProbeBake) {
-        let n = bake.probes.len() as u32;
-        self.occupancy.upload(gpu, &self.lattice, &bake::structure_of(bake), n);
+    fn at_places(
+        gpu: &Gpu,
+        scene: &dyn SceneSeam,
+        settings: ProbeSettings,
+        bake: &ProbeBake,
+    ) -> Result<Self, VoxelError> {
+        let layout = match &bake.layout {
+            BakedLayout::Lattice { .. } => {
+                let grid = bake::lattice_of(bake);
+                let lattice = Box::new(Lattice::on(gpu, scene, &settings, grid)?);
+                let count = |is: fn(&BakedProbe) -> bool| {
+                    bake.probes.iter().filter(|of| is(of)).count() as u32
+                };
+                let placed = [
+                    count(|probe| probe.moved() != glam::Vec3::ZERO),
+                    count(BakedProbe::is_inside),
+                ];
+                let structure = bake::structure_of(bake);
+                lattice.upload(gpu, &structure, bake.probes.len() as u32, placed);
+                Layout::Lattice(lattice)
+            }
+            #[cfg(feature = "nets")]
+            BakedLayout::Net { points } => {
+                let net = crate::components::probe_net::ProbeNet::new(points);
+                let net = net.ok().filter(|net| net.points() == points.as_slice());
+                Layout::Net(Box::new(net::Net::new(gpu, net.ok_or(VoxelError::NoNet)?)?))
+            }
+            #[cfg(not(feature = "nets"))]
+            BakedLayout::Net { .. } => return Err(VoxelError::NoNet),
+        };
+        let mut made = Self::with_layout(gpu, scene, settings, layout)?;
+        made.places_are_baked = true;
         let distances: Vec<_> = bake.probes.iter().map(|probe| probe.distances).collect();
-        gpu.queue.write_buffer(&self.distances, 0, bytemuck::cast_slice(&distances));
-        let count = |is: fn(&BakedProbe) -> bool| bake.probes.iter().filter(|of| is(of)).count();
-        let moved = count(|probe| probe.moved() != glam::Vec3::ZERO) as u32;
-        let inside = count(BakedProbe::is_inside) as u32;
-        gpu.queue.write_buffer(&self.placed, 0, bytemuck::cast_slice(&[moved, inside]));
+        gpu.queue.write_buffer(&made.distances, 0, bytemuck::cast_slice(&distances));
+        Ok(made)
     }
 
     /// How much each bake counts from the next update on: light is linear, so the weights are those of the lights that were on, and any
@@ -224,55 +229,41 @@ impl Probes {
     }
 
     /// Creates the buffers and compiles the kernels.
-    fn on_lattice(
+    fn with_layout(
         gpu: &Gpu,
         scene: &dyn SceneSeam,
         settings: ProbeSettings,
-        lattice: VoxelGrid,
+        layout: Layout,
     ) -> Result<Self, VoxelError> {
         let copied = wgpu::BufferUsages::COPY_DST;
         let storage = |what, bytes| storage_buffer(gpu, what, bytes, copied, ADVICE);
-        let capacity = u64::from(lattice.capacity);
-        let uniform = |what, contents: &[u8]| {
-            let usage = wgpu::BufferUsages::UNIFORM | copied;
-            let of = buffer(gpu, what, contents.len() as u64, usage);
-            gpu.queue.write_buffer(&of, 0, contents);
-            of
-        };
+        let capacity = u64::from(layout.capacity());
+        let field = settings.field(layout.grid());
+        let usage = wgpu::BufferUsages::UNIFORM | copied;
+        let uniform = buffer(gpu, "probes", size_of::<ProbesUniform>() as u64, usage);
+        gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of::<ProbesUniform>(&field));
         let (shaders, group) = (scene.shaders(), Some(scene.group()));
-        let plain = |name| ComputeKernel::new(gpu, &Shaders::default(), None, name);
-        let field = settings.field(lattice);
+        let at_places = shaders.with_variant(layout.of(shaders.variant()));
+        let of_light = Shaders::new(layout.of(settings.basis.of(Variant::BASELINE)));
         Ok(Self {
             settings,
             shaders: shaders.clone(),
-            voxelizer: None,
+            layout,
             baked: Vec::new(),
+            places_are_baked: false,
             is_outdated: false,
             is_to_pack: false,
-            lattice,
-            mark: plain("probes/mark"),
-            mark_air: plain("probes/mark_air"),
-            place_kernel: ComputeKernel::new(gpu, shaders, group, "probes/place"),
-            bits: storage("corners of cells", 4 * u64::from(n_bricks(&lattice)))?,
-            occupancy: Occupancy::new(gpu, &lattice)?,
-            distances_kernel: ComputeKernel::new(gpu, shaders, group, "probes/distances"),
-            gather: ComputeKernel::new(gpu, shaders, group, "probes/gather"),
-            blend: plain("probes/blend"),
-            pack: ComputeKernel::new(
-                gpu,
-                &Shaders::new(settings.basis.of(Variant::BASELINE)),
-                None,
-                "probes/pack",
-            ),
-            uniform: uniform("probes", bytemuck::bytes_of::<ProbesUniform>(&field)),
-            lattice_uniform: uniform("lattice of probes", bytemuck::bytes_of(&lattice)),
+            distances_kernel: ComputeKernel::new(gpu, &at_places, group, "probes/distances"),
+            gather: ComputeKernel::new(gpu, &at_places, group, "probes/gather"),
+            blend: ComputeKernel::new(gpu, &Shaders::default(), None, "probes/blend"),
+            pack: ComputeKernel::new(gpu, &of_light, None, "probes/pack"),
+            uniform,
             gathered: storage("gathered light of probes", GATHERED_BYTES * capacity)?,
             light: storage("light of probes", 4 * u64::from(settings.basis.words()) * capacity)?,
             distances: storage(
                 "distances of probes",
                 4 * u64::from(MAP_SIDE * MAP_SIDE) * capacity,
             )?,
-            placed: storage("moved probes", 8)?,
             faults: storage("faults of probes", 12)?,
             seen: None,
             n_paths: 0,
@@ -307,7 +298,7 @@ impl Probes {
             let is_same = |of: fn(&Revisions) -> u64| before.as_ref().map(of) == Some(of(&now));
             if !(is_same(|r| r.geometry) && is_same(|r| r.moving)) {
                 self.place(recorder, scene)?;
-                self.is_outdated |= self.voxelizer.is_none();
+                self.is_outdated |= self.layout.stays() && before.is_some();
             }
             self.n_paths = 0;
             self.seen = Some(now);
@@ -329,11 +320,11 @@ impl Probes {
             .call(&mut recorder.compute(self.gather.name()))
             .scene(scene.group())
             .uniform("info", &info)
-            .bind("counts", self.occupancy.counts())
+            .bind("counts", self.layout.counts())
             .bind("gathered", &self.gathered)
             .bind("faults", &self.faults)
-            .with(self.lattice_field())
-            .dispatch(Dispatch::Indirect(self.occupancy.counts(), RECORD_GROUPS_OFFSET));
+            .with(self.layout.places())
+            .dispatch(Dispatch::Indirect(self.layout.counts(), RECORD_GROUPS_OFFSET));
         self.n_paths += PATHS_PER_UPDATE;
         self.pack(recorder);
         Ok(())
@@ -341,7 +332,7 @@ impl Probes {
 
     /// Blends the light of bakes.
     fn blend(&self, recorder: &mut Recorder) {
-        let n = self.lattice.capacity * COEFFICIENTS;
+        let n = self.layout.capacity() * COEFFICIENTS;
         for (ix, (light, weight)) in self.baked.iter().enumerate() {
             let keep = if ix == 0 { 0.0 } else { 1.0 };
             self.blend
@@ -359,86 +350,67 @@ impl Probes {
         self.pack
             .call(&mut recorder.compute(self.pack.name()))
             .uniform("info", &info)
-            .bind("counts", self.occupancy.counts())
+            .bind("counts", self.layout.counts())
             .bind("gathered", &self.gathered)
             .bind("light", &self.light)
-            .with(self.lattice_field())
-            .dispatch(Dispatch::Indirect(self.occupancy.counts(), VOXEL_GROUPS_OFFSET));
+            .with(self.layout.places())
+            .dispatch(Dispatch::Indirect(self.layout.counts(), VOXEL_GROUPS_OFFSET));
     }
 
-    /// Finds the cells that surfaces meet, their corners, where probes are best, and how far one sees from there.
+    /// Finds where probes are, and how far one sees from there.
     fn place(&self, recorder: &mut Recorder, scene: &dyn SceneSeam) -> Result<(), VoxelError> {
-        // Without, the places are a bake's.
-        let Some(voxelizer) = &self.voxelizer else { return Ok(()) };
-        voxelizer.record(recorder, scene, Triangles::All)?;
-        recorder.encoder().clear_buffer(&self.bits, 0, None);
-        recorder.encoder().clear_buffer(&self.placed, 0, None);
-        let pass = &mut recorder.compute("probes/place");
-        self.mark
-            .call(pass)
-            .uniform("grid", voxelizer.grid())
-            .uniform("lattice", &self.lattice)
-            .bind("counts", voxelizer.counts())
-            .bind("structure", voxelizer.structure())
-            .bind("bits", &self.bits)
-            .dispatch(Dispatch::Indirect(voxelizer.counts(), VOXEL_GROUPS_OFFSET));
-        self.mark_air
-            .call(pass)
-            .uniform("lattice", &self.lattice)
-            .bind("bits", &self.bits)
-            .dispatch(Dispatch::Items(n_air(self.lattice.size, WIDE_STRIDE)));
-        self.occupancy.record(pass, &self.lattice, &self.bits, &self.bits);
-        let info = PlaceInfo {
-            moves: u32::from(self.settings.moves),
-            reserved_a: 0,
-            reserved_b: 0,
-            reserved_c: 0,
-        };
-        self.place_kernel
-            .call(pass)
-            .scene(scene.group())
-            .uniform("info", &info)
-            .uniform("lattice", &self.lattice)
-            .bind("counts", self.occupancy.counts())
-            .bind("structure", self.occupancy.structure())
-            .bind("placed", &self.placed)
-            .dispatch(Dispatch::Indirect(self.occupancy.counts(), RECORD_GROUPS_OFFSET));
+        if self.places_are_baked {
+            return Ok(());
+        }
+        self.layout.record(recorder, scene)?;
         self.distances_kernel
-            .call(pass)
+            .call(&mut recorder.compute(self.distances_kernel.name()))
             .scene(scene.group())
-            .bind("counts", self.occupancy.counts())
+            .bind("counts", self.layout.counts())
             .bind("distances", &self.distances)
-            .with(self.lattice_field())
-            .dispatch(Dispatch::Indirect(self.occupancy.counts(), RECORD_GROUPS_OFFSET));
+            .with(self.layout.places())
+            .dispatch(Dispatch::Indirect(self.layout.counts(), RECORD_GROUPS_OFFSET));
         Ok(())
     }
 
-    /// The bindings of kernels that compute what probes hold (`fields::probe_lattice`).
-    fn lattice_field(&self) -> Bindings<'_> {
-        vec![
-            ("lattice", (&self.lattice_uniform).into()),
-            ("lattice_structure", self.occupancy.structure().into()),
-        ]
-    }
-
-    /// The bindings of kernels that look up light (`fields::probes`).
+    /// The bindings of kernels that look up light (`fields::probes`, in the variant of [`Self::variant`]).
     pub fn field(&self) -> Bindings<'_> {
-        vec![
+        let mut all: Bindings = vec![
             ("probes", (&self.uniform).into()),
-            ("probe_structure", self.occupancy.structure().into()),
             ("probe_light", (&self.light).into()),
             ("probe_distances", (&self.distances).into()),
-        ]
+        ];
+        all.extend(self.layout.look_up());
+        all
     }
 
-    /// The lattice of corners: its "cells" are those of probes, at whole numbers.
-    pub fn lattice(&self) -> &VoxelGrid {
-        &self.lattice
+    /// A variant with the modules that look up these probes: their layout's and their basis's.
+    pub fn variant(&self, variant: Variant) -> Variant {
+        self.layout.of(self.settings.basis.of(variant))
     }
 
-    /// Which corners have a probe, and in which slot.
-    pub fn occupancy(&self) -> &Occupancy {
-        &self.occupancy
+    /// The lattice of corners: its "cells" are those of probes, at whole numbers. None: they are at the points of a net.
+    pub fn lattice(&self) -> Option<&VoxelGrid> {
+        self.layout.lattice().map(Lattice::grid)
+    }
+
+    /// Which corners of the lattice have a probe, and in which slot.
+    pub fn occupancy(&self) -> Option<&Occupancy> {
+        self.layout.lattice().map(Lattice::occupancy)
+    }
+
+    /// The net, if probes are at its points.
+    #[cfg(feature = "nets")]
+    pub fn net(&self) -> Option<&crate::components::probe_net::ProbeNet> {
+        match &self.layout {
+            Layout::Net(net) => Some(net.net()),
+            Layout::Lattice(_) => None,
+        }
+    }
+
+    /// One [`VoxelCounts`](crate::components::voxels::VoxelCounts): how many probes there are.
+    pub fn counts(&self) -> &wgpu::Buffer {
+        self.layout.counts()
     }
 
     /// [`ProbeBasis::words`] for each probe: its light, as look-ups read it.
@@ -473,19 +445,17 @@ impl Probes {
 
     /// Statistics: probes, bytes, and what is wrong.
     pub fn stats(&self) -> Vec<Stat> {
-        let probes = self.occupancy.counts();
+        let probes = self.layout.counts();
         let missing = u64::from(self.settings.n_paths.saturating_sub(self.n_paths));
         let mut stats = vec![
             Stat::known("of a probe", "bytes", self.probe_bytes()),
             Stat::known(
                 "room for probes",
                 "bytes",
-                (self.probe_bytes() + GATHERED_BYTES) * u64::from(self.lattice.capacity),
+                (self.probe_bytes() + GATHERED_BYTES) * u64::from(self.layout.capacity()),
             ),
             Stat::counted("probes", "probes", probes, 0),
             Stat::counted("probes without room", "probes", probes, 4).fault(ADVICE),
-            Stat::counted("moved from their corners", "probes", &self.placed, 0),
-            Stat::counted("inside something", "probes", &self.placed, 4),
             Stat::known("still to follow", "paths per probe", missing)
                 .fault("the light is noisy: update it in more frames (render: --warm-up), or ask for fewer paths"),
             Stat::counted("light was not finite and counts as dark", "paths", &self.faults, 0)
@@ -494,25 +464,41 @@ impl Probes {
                 .fault("use a newer driver"),
             Stat::counted("still changing in the last update", "probes", &self.faults, N_ACTIVE_OFFSET),
         ];
-        if let Some(voxelizer) = &self.voxelizer {
-            let cells = voxelizer.counts();
-            stats.push(Stat::counted("cells with surfaces", "cells", cells, 0));
-            stats.push(Stat::counted("cells without room", "cells", cells, 4).fault(ADVICE));
+        if let Some(lattice) = self.layout.lattice() {
+            let placed = lattice.placed();
+            stats.push(Stat::counted("moved from their corners", "probes", placed, 0));
+            stats.push(Stat::counted("inside something", "probes", placed, 4));
+            if let Some(voxelizer) = lattice.voxelizer() {
+                let cells = voxelizer.counts();
+                stats.push(Stat::counted("cells with surfaces", "cells", cells, 0));
+                stats.push(Stat::counted("cells without room", "cells", cells, 4).fault(ADVICE));
+            }
         }
-        if self.voxelizer.is_none() {
-            let changed =
-                Stat::known("scene has changed since the bake", "times", self.is_outdated.into());
-            stats.push(
-                changed.fault("bake again: probes keep the light and the distances of before"),
-            );
+        if self.layout.stays() {
+            let (name, advice) = if self.places_are_baked {
+                (
+                    "scene has changed since the bake",
+                    "bake again: probes keep the light and the distances of before",
+                )
+            } else {
+                ("surfaces have moved since the net was made", "make it anew: probes stay")
+            };
+            stats.push(Stat::known(name, "times", self.is_outdated.into()).fault(advice));
         }
         stats
     }
 
     /// How the probes were laid out.
     pub fn notices(&self) -> Vec<Notice> {
-        let VoxelGrid { cell, size, .. } = self.lattice;
-        let [x, y, z] = (size - 1).to_array();
-        vec![Notice::note(format!("probes at the corners of {x} x {y} x {z} cells of {cell:.3} m"))]
+        let VoxelGrid { cell, size, .. } = self.layout.grid();
+        let text = match self.layout {
+            Layout::Lattice(_) => {
+                let [x, y, z] = (size - 1).to_array();
+                format!("probes at the corners of {x} x {y} x {z} cells of {cell:.3} m")
+            }
+            #[cfg(feature = "nets")]
+            Layout::Net(ref net) => net.notice(),
+        };
+        vec![Notice::note(text)]
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Settings of probes.
 
-use crate::bindings::lucerna::fields::probes::Probes;
+use crate::bindings::lucerna::fields::probe_store::Probes;
 use crate::components::voxels::VoxelGrid;
 use crate::settings;
 use crate::shader::{

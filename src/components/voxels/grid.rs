@@ -78,6 +78,9 @@ pub enum VoxelError {
         "the bakes have their probes at other places, so that they cannot be blended: bake them with the same cells"
     )]
     OtherProbes,
+    /// A bake's points make no net, or (without the feature `nets`) none is possible.
+    #[error("the points of the bake make no net: bake again (with lucerna's feature `nets`)")]
+    NoNet,
     /// The scene differs from the one that the voxelizer was made for.
     #[error(transparent)]
     Mismatch(#[from] crate::seam::Mismatch),

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! From bits to a structure: the kernels `voxels/count_bricks` and `write_structure`.
 
-#[cfg(feature = "bake")]
-use crate::bindings::lucerna::{
-    components::voxels::counts::COUNTED_WORKGROUP, math::dispatch::DISPATCH_ROW,
-};
-
 use super::ADVICE;
 use super::grid::{VoxelGrid, n_bricks};
 use super::scan::{Scan, ScanPlan};
@@ -91,17 +86,7 @@ impl Occupancy {
     #[cfg(feature = "bake")]
     pub(crate) fn upload(&self, gpu: &Gpu, grid: &VoxelGrid, words: &[[u32; 2]], n_voxels: u32) {
         gpu.queue.write_buffer(&self.structure, 0, bytemuck::cast_slice(words));
-        let groups = |n_items: u32| {
-            let n = n_items.div_ceil(COUNTED_WORKGROUP);
-            glam::UVec3::new(n.min(DISPATCH_ROW), n.div_ceil(DISPATCH_ROW), 1)
-        };
-        let counts = VoxelCounts {
-            n_voxels,
-            n_records: n_voxels * grid.n_faces,
-            voxel_groups: groups(n_voxels),
-            record_groups: groups(n_voxels * grid.n_faces),
-            ..bytemuck::Zeroable::zeroed()
-        };
+        let counts = VoxelCounts::known(n_voxels, grid.n_faces);
         gpu.queue.write_buffer(&self.counts, 0, bytemuck::bytes_of(&counts));
     }
 

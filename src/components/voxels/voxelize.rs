@@ -20,6 +20,27 @@ pub const VOXEL_GROUPS_OFFSET: u64 = std::mem::offset_of!(VoxelCounts, voxel_gro
 /// Byte offset in [`Voxelizer::counts`] of the dispatch with one invocation per record.
 pub const RECORD_GROUPS_OFFSET: u64 = std::mem::offset_of!(VoxelCounts, record_groups) as u64;
 
+#[cfg(any(feature = "bake", feature = "nets"))]
+impl VoxelCounts {
+    /// Those of `n_voxels` that are known.
+    pub(crate) fn known(n_voxels: u32, n_faces: u32) -> Self {
+        use crate::bindings::lucerna::{
+            components::voxels::counts::COUNTED_WORKGROUP, math::dispatch::DISPATCH_ROW,
+        };
+        let groups = |n_items: u32| {
+            let n = n_items.div_ceil(COUNTED_WORKGROUP);
+            UVec3::new(n.min(DISPATCH_ROW), n.div_ceil(DISPATCH_ROW), 1)
+        };
+        Self {
+            n_voxels,
+            n_records: n_voxels * n_faces,
+            voxel_groups: groups(n_voxels),
+            record_groups: groups(n_voxels * n_faces),
+            ..bytemuck::Zeroable::zeroed()
+        }
+    }
+}
+
 /// Which triangles are voxelized. Afterwards the grid holds these and the triangles of the other kind that were
 /// voxelized before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

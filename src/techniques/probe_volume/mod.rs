@@ -36,11 +36,29 @@ impl ProbeVolume {
         settings: ProbeVolumeSettings,
     ) -> Result<Self, TechniqueError> {
         settings.check()?;
-        Ok(Self {
-            probes: Probes::new(gpu, scene, settings.0)?,
-            settings,
-            shade: ShadePass::new(gpu, scene.shaders(), Some(scene.group()), settings.0.basis),
-        })
+        let probes = Probes::new(gpu, scene, settings.0)?;
+        Ok(Self::of(gpu, scene, settings, probes))
+    }
+
+    fn of(gpu: &Gpu, scene: &dyn SceneSeam, settings: ProbeVolumeSettings, probes: Probes) -> Self {
+        let shade = ShadePass::new(gpu, scene.shaders(), Some(scene.group()), &probes);
+        Self { settings, probes, shade }
+    }
+
+    /// As [`Self::new`], with probes at the points of a net ([`Probes::on_net`]).
+    ///
+    /// # Errors
+    /// [`TechniqueError`]: as [`Self::new`].
+    #[cfg(feature = "nets")]
+    pub fn on_net(
+        gpu: &Gpu,
+        scene: &dyn SceneSeam,
+        settings: ProbeVolumeSettings,
+        net: crate::components::probe_net::ProbeNet,
+    ) -> Result<Self, TechniqueError> {
+        settings.check()?;
+        let probes = Probes::on_net(gpu, scene, settings.0, net)?;
+        Ok(Self::of(gpu, scene, settings, probes))
     }
 
     /// As [`Self::new`], with the light of bakes ([`Probes::from_bakes`]).
@@ -56,8 +74,8 @@ impl ProbeVolume {
     ) -> Result<Self, TechniqueError> {
         settings.check()?;
         let probes = Probes::from_bakes(gpu, scene, settings.0, bakes)?;
-        let shade = ShadePass::new(gpu, scene.shaders(), Some(scene.group()), settings.0.basis);
-        Ok(Self { settings: ProbeVolumeSettings(*probes.settings()), probes, shade })
+        let settings = ProbeVolumeSettings(*probes.settings());
+        Ok(Self::of(gpu, scene, settings, probes))
     }
 
     /// The component that stores its light, to blend bakes.

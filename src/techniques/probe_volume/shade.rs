@@ -3,7 +3,7 @@
 
 use super::DebugView;
 use crate::bindings::kernels::probe_volume::shade as wgsl;
-use crate::components::probes::{ProbeBasis, Probes};
+use crate::components::probes::Probes;
 use crate::frame::Pixels;
 use crate::gpu::{ComputeKernel, Dispatch, Gpu, Recorder, SceneGroup, Shaders};
 
@@ -48,13 +48,8 @@ pub(super) struct ShadePass {
 
 impl ShadePass {
     /// `shaders`: with the module that finds the pixels' surfaces; `scene`: needed if that module uses the scene.
-    pub fn new(
-        gpu: &Gpu,
-        shaders: &Shaders,
-        scene: Option<&SceneGroup>,
-        basis: ProbeBasis,
-    ) -> Self {
-        let shaders = shaders.with_variant(basis.of(shaders.variant()));
+    pub fn new(gpu: &Gpu, shaders: &Shaders, scene: Option<&SceneGroup>, probes: &Probes) -> Self {
+        let shaders = shaders.with_variant(probes.variant(shaders.variant()));
         Self {
             shade: ComputeKernel::new(gpu, &shaders, scene, "probe_volume/shade"),
             spheres: ComputeKernel::new(gpu, &shaders, scene, "probe_volume/spheres"),

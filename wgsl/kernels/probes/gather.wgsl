@@ -11,7 +11,7 @@
 #import lucerna::camera::primary_ray::Camera
 #import lucerna::color::luminance::luminance
 #import lucerna::components::probes::gathered::{Batches, COEFFICIENTS, is_known, with_batch}
-#import lucerna::fields::probe_lattice::{lattice, lattice_corner, lattice_position}
+#import lucerna::fields::probe_places::{place_capacity, place_position, place_seed}
 #import lucerna::frame::pixel_sums::PixelSums
 #import lucerna::integrators::path::{Path, PathSettings, PATH_GOES_ON, PATH_INTERRUPTED, advance}
 #import lucerna::math::constants::INV_FOUR_PI
@@ -59,11 +59,11 @@ var<workgroup> has_stopped: u32;
 /// Light along one path from a probe that was reflected at least once [W·sr⁻¹·m⁻²].
 fn light_along(probe: u32, direction: vec3<f32>, path_ix: u32) -> vec3<f32> {
     var settings: PathSettings;
-    settings.size = vec2<u32>(lattice.capacity, 1u);
+    settings.size = vec2<u32>(place_capacity(), 1u);
     settings.n_bounces = info.n_bounces;
     settings.seed = info.seed;
     var path: Path;
-    path.origin = lattice_position(probe);
+    path.origin = place_position(probe);
     path.direction = direction;
     path.pdf = INV_FOUR_PI;
     path.throughput = vec3<f32>(1.0);
@@ -102,7 +102,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         return;
     }
     let path_ix = info.first_path + local;
-    let direction = sample_uniform_sphere(sobol_owen(path_ix, pcg(lattice_corner(probe) ^ pcg(info.seed))));
+    let direction = sample_uniform_sphere(sobol_owen(path_ix, pcg(place_seed(probe) ^ pcg(info.seed))));
     var own = light_along(probe, direction, path_ix) * sh_uniform_weight(WORKGROUP);
     var y = sh2_basis(direction);
     for (var k = 0u; k < COEFFICIENTS; k++) {

@@ -8,10 +8,7 @@
 
 #import lucerna::components::probes::basis::{WORDS, pack_light}
 #import lucerna::components::probes::gathered::COEFFICIENTS
-#import lucerna::components::probes::place::place_is_inside
-#import lucerna::components::voxels::bricks::{NO_SLOT, brick_of_cell, slot_in_brick}
-#import lucerna::components::voxels::grid::{is_inside, unpack_cell}
-#import lucerna::fields::probe_lattice::{lattice, lattice_corner, lattice_place, lattice_structure}
+#import lucerna::fields::probe_places::{PLACES_BESIDE, place_beside, place_is_blocked}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::sh::window::sh2_window
 
@@ -46,20 +43,12 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     var sum: array<vec3<f32>, COEFFICIENTS>;
     var total = 0.0;
-    if place_is_inside(lattice_place(probe)) {
-        let corner = vec3<i32>(unpack_cell(lattice_corner(probe)));
-        for (var ix = 0u; ix < 27u; ix++) {
-            let step = vec3<i32>(vec3<u32>(ix % 3u, ix / 3u % 3u, ix / 9u)) - 1;
-            let at = corner + step;
-            if ix == 13u || !is_inside(lattice, at) {
-                continue;
-            }
-            let brick = lattice_structure[brick_of_cell(lattice, vec3<u32>(at))];
-            let other = slot_in_brick(brick, vec3<u32>(at));
-            if other != NO_SLOT && !place_is_inside(lattice_place(other)) {
-                let weight = 1.0 / f32(dot(step, step));
-                add(&sum, other, weight);
-                total += weight;
+    if place_is_blocked(probe) {
+        for (var ix = 0u; ix < PLACES_BESIDE; ix++) {
+            let beside = place_beside(probe, ix);
+            if beside.weight > 0.0 {
+                add(&sum, beside.probe, beside.weight);
+                total += beside.weight;
             }
         }
     }

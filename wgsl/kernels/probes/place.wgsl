@@ -10,12 +10,12 @@
 //! Dispatch: indirect, one workgroup a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 1536 bytes. The
 //! order of reduction is fixed: the same scene gives the same places.
 
-#import lucerna::components::probes::octahedral_map::{MAP_SIDE, direction_of_texel}
+#import lucerna::components::probes::octahedral_map::MAP_SIDE
 #import lucerna::components::probes::place::{MOST_MOVED, pack_move, place_moved}
 #import lucerna::components::voxels::grid::{VoxelGrid, unpack_cell, world_from_grid}
+#import lucerna::integrators::surroundings::{is_inside_something, surroundings_in_texel}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::scene::rays::nearest_hit
-#import lucerna::scene::surface::surface_at
 #import lucerna::scene::types::{Ray, hit_is_miss}
 
 /// One invocation for each texel of an octahedral map.
@@ -27,9 +27,6 @@ const RAYS: u32 = 2u;
 const MOST: f32 = 2.5;
 /// How far away from surfaces probes move [cells].
 const CLEARANCE: f32 = 0.2;
-/// Probes of whose rays this share ends at the back of a single-sided surface are inside or behind something; and those of whose rays
-/// that meet anything a half does (behind an edge, most meet nothing).
-const INSIDE_SHARE: f32 = 0.05;
 const STEPS: u32 = 3u;
 
 struct PlaceInfo {
@@ -62,27 +59,9 @@ var<workgroup> n_met: array<vec2<u32>, WORKGROUP>;
 
 /// What one invocation's rays find from a place [cells of the lattice].
 fn look(place: vec3<f32>, local: u32) {
-    var own = vec4<f32>(0.0, 0.0, 0.0, MOST);
-    var n = vec2<u32>(0u);
-    for (var ix = 0u; ix < RAYS * RAYS; ix++) {
-        let inside = (vec2<f32>(vec2<u32>(ix % RAYS, ix / RAYS)) + 0.5) / f32(RAYS);
-        let direction = direction_of_texel(local, inside);
-        let hit = nearest_hit(Ray(world_from_grid(lattice, place), 0.0, direction, MOST * lattice.cell));
-        if hit_is_miss(hit) {
-            continue;
-        }
-        let found = vec4<f32>(direction, hit.t / lattice.cell);
-        n.y += 1u;
-        if found.w < own.w {
-            own = found;
-        }
-        let surface = surface_at(hit.triangle, hit.barycentrics);
-        if dot(surface.geometric_normal, direction) > 0.0 && !surface.double_sided {
-            n.x += 1u;
-        }
-    }
-    nearest[local] = own;
-    n_met[local] = n;
+    let found = surroundings_in_texel(world_from_grid(lattice, place), local, RAYS, MOST * lattice.cell);
+    nearest[local] = vec4<f32>(found.direction, found.distance / lattice.cell);
+    n_met[local] = vec2<u32>(found.n_backs, found.n_met);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -111,7 +90,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         // (The same for all, which the compiler must see.)
         let surface = workgroupUniformLoad(&nearest[0]);
         let met = workgroupUniformLoad(&n_met[0]);
-        is_inside = f32(met.x) > INSIDE_SHARE * f32(WORKGROUP * RAYS * RAYS) || 2u * met.x > met.y;
+        is_inside = is_inside_something(met.x, met.y, WORKGROUP * RAYS * RAYS);
         // Most probes stay, and need no second look.
         if step == STEPS || info.moves == 0u || is_inside || surface.w >= CLEARANCE {
             break;

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Probes at the corners of the cells that surfaces meet, and of wider cells of the air.
+
+use super::{ADVICE, MAP_SIDE, ProbeSettings};
+use crate::bindings::kernels::probes::place::PlaceInfo;
+use crate::bindings::lucerna::components::probes::air::{MIDDLE_STRIDE, WIDE_STRIDE};
+use crate::components::voxels::{
+    BRICK, MAX_BINDING, Occupancy, RECORD_GROUPS_OFFSET, Resolution, Triangles,
+    VOXEL_GROUPS_OFFSET, VoxelError, VoxelGrid, Voxelizer, grid_for_bounds, n_bricks,
+};
+use crate::gpu::{
+    Bindings, ComputeKernel, Dispatch, Gpu, Recorder, Shaders, buffer, storage_buffer,
+};
+use crate::seam::SceneSeam;
+use glam::UVec3;
+
+/// There is room for this many probes, or for all corners.
+const LEAST_ROOM: u32 = 4096;
+/// The most that there is room for: more would need bindings above 128 MiB.
+const MAX_ROOM: u32 = (MAX_BINDING / (4 * (MAP_SIDE * MAP_SIDE) as u64)) as u32;
+
+/// Corners of cells of this stride in a lattice of this many corners along each axis.
+fn n_air(size: UVec3, stride: u32) -> u32 {
+    ((size - 1 + (stride - 1)) / stride + 1).element_product()
+}
+
+/// The lattice, and the kernels that place probes on it.
+#[derive(Debug)]
+pub(super) struct Lattice {
+    /// None: probes are where a bake had them.
+    voxelizer: Option<Voxelizer>,
+    moves: bool,
+    grid: VoxelGrid,
+    mark: ComputeKernel,
+    mark_air: ComputeKernel,
+    place: ComputeKernel,
+    bits: wgpu::Buffer,
+    occupancy: Occupancy,
+    uniform: wgpu::Buffer,
+    /// How many were moved, and are inside something.
+    placed: wgpu::Buffer,
+}
+
+impl Lattice {
+    /// The lattice of a scene.
+    pub fn new(
+        gpu: &Gpu,
+        scene: &dyn SceneSeam,
+        settings: &ProbeSettings,
+    ) -> Result<Self, VoxelError> {
+        let facts = scene.facts();
+        let cells = Resolution::Longest(settings.cells);
+        let grid = grid_for_bounds(facts.bounds_min, facts.bounds_max, cells, 1, None)?;
+        let size = grid.size + 1;
+        let lattice = VoxelGrid {
+            size,
+            bricks: (size + BRICK - 1) / BRICK,
+            // A cell has eight corners, but surfaces' cells share most of them: there are about two for each. And those of the air.
+            capacity: size
+                .element_product()
+                .min((2 * grid.capacity + n_air(size, MIDDLE_STRIDE)).max(LEAST_ROOM))
+                .min(MAX_ROOM),
+            // Invocations for each probe.
+            n_faces: MAP_SIDE * MAP_SIDE,
+            ..grid
+        };
+        let mut made = Self::on(gpu, scene, settings, lattice)?;
+        made.voxelizer = Some(Voxelizer::new(gpu, scene, grid)?);
+        Ok(made)
+    }
+
+    /// A lattice on which no probe is placed.
+    pub fn on(
+        gpu: &Gpu,
+        scene: &dyn SceneSeam,
+        settings: &ProbeSettings,
+        grid: VoxelGrid,
+    ) -> Result<Self, VoxelError> {
+        let copied = wgpu::BufferUsages::COPY_DST;
+        let storage = |what, bytes| storage_buffer(gpu, what, bytes, copied, ADVICE);
+        let plain = |name| ComputeKernel::new(gpu, &Shaders::default(), None, name);
+        let usage = wgpu::BufferUsages::UNIFORM | copied;
+        let uniform = buffer(gpu, "lattice of probes", size_of::<VoxelGrid>() as u64, usage);
+        gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&grid));
+        Ok(Self {
+            voxelizer: None,
+            moves: settings.moves,
+            grid,
+            mark: plain("probes/mark"),
+            mark_air: plain("probes/mark_air"),
+            place: ComputeKernel::new(gpu, scene.shaders(), Some(scene.group()), "probes/place"),
+            bits: storage("corners of cells", 4 * u64::from(n_bricks(&grid)))?,
+            occupancy: Occupancy::new(gpu, &grid)?,
+            uniform,
+            placed: storage("moved probes", 8)?,
+        })
+    }
+
+    /// Puts probes where a bake had them: the words of its structure, how many probes there are, how many were moved, and are inside something.
+    #[cfg(feature = "bake")]
+    pub fn upload(&self, gpu: &Gpu, structure: &[[u32; 2]], n: u32, placed: [u32; 2]) {
+        self.occupancy.upload(gpu, &self.grid, structure, n);
+        gpu.queue.write_buffer(&self.placed, 0, bytemuck::cast_slice(&placed));
+    }
+
+    /// Finds the cells that surfaces meet, their corners, and where probes are best.
+    pub fn record(&self, recorder: &mut Recorder, scene: &dyn SceneSeam) -> Result<(), VoxelError> {
+        // Without, the places are a bake's.
+        let Some(voxelizer) = &self.voxelizer else { return Ok(()) };
+        voxelizer.record(recorder, scene, Triangles::All)?;
+        recorder.encoder().clear_buffer(&self.bits, 0, None);
+        recorder.encoder().clear_buffer(&self.placed, 0, None);
+        let pass = &mut recorder.compute("probes/place");
+        self.mark
+            .call(pass)
+            .uniform("grid", voxelizer.grid())
+            .uniform("lattice", &self.grid)
+            .bind("counts", voxelizer.counts())
+            .bind("structure", voxelizer.structure())
+            .bind("bits", &self.bits)
+            .dispatch(Dispatch::Indirect(voxelizer.counts(), VOXEL_GROUPS_OFFSET));
+        self.mark_air
+            .call(pass)
+            .uniform("lattice", &self.grid)
+            .bind("bits", &self.bits)
+            .dispatch(Dispatch::Items(n_air(self.grid.size, WIDE_STRIDE)));
+        self.occupancy.record(pass, &self.grid, &self.bits, &self.bits);
+        let info =
+            PlaceInfo { moves: u32::from(self.moves), reserved_a: 0, reserved_b: 0, reserved_c: 0 };
+        self.place
+            .call(pass)
+            .scene(scene.group())
+            .uniform("info", &info)
+            .uniform("lattice", &self.grid)
+            .bind("counts", self.occupancy.counts())
+            .bind("structure", self.occupancy.structure())
+            .bind("placed", &self.placed)
+            .dispatch(Dispatch::Indirect(self.occupancy.counts(), RECORD_GROUPS_OFFSET));
+        Ok(())
+    }
+
+    /// The bindings of kernels that compute what probes hold (`fields::probe_places`).
+    pub fn places(&self) -> Bindings<'_> {
+        vec![
+            ("lattice", (&self.uniform).into()),
+            ("lattice_structure", self.occupancy.structure().into()),
+        ]
+    }
+
+    /// Its part of the bindings of kernels that look up light (`fields::probes`).
+    pub fn look_up(&self) -> Bindings<'_> {
+        vec![("probe_structure", self.occupancy.structure().into())]
+    }
+
+    /// The lattice of corners.
+    pub fn grid(&self) -> &VoxelGrid {
+        &self.grid
+    }
+
+    /// Which corners have a probe, and in which slot.
+    pub fn occupancy(&self) -> &Occupancy {
+        &self.occupancy
+    }
+
+    /// How many were moved, and are inside something: two u32.
+    pub fn placed(&self) -> &wgpu::Buffer {
+        &self.placed
+    }
+
+    /// What finds the cells; none if probes are where a bake had them.
+    pub fn voxelizer(&self) -> Option<&Voxelizer> {
+        self.voxelizer.as_ref()
+    }
+}
