@@ -14,6 +14,7 @@ mod picture;
 
 mod pixels;
 mod probe_light;
+mod probe_masks;
 mod probe_net;
 mod probes;
 mod rays;

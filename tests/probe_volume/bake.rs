@@ -31,7 +31,7 @@ pub fn follow(probes: &mut Probes, world: &GpuScene) {
     }
 }
 
-fn bake(scene: &Scene, settings: ProbeSettings) -> ProbeBake {
+pub fn bake(scene: &Scene, settings: ProbeSettings) -> ProbeBake {
     let world = upload(scene);
     let mut probes = Probes::new(gpu(), &world, settings).unwrap();
     follow(&mut probes, &world);

@@ -61,6 +61,7 @@ fn the_furnace_is_white() {
         // Cells of 0.6 m in a room that is 1 m high.
         (0.5, 64, cells(8)),
         (0.5, 64, settings!(ProbeSettings { visibility: ProbeVisibility::None, ..cells(16) })),
+        (0.5, 64, settings!(ProbeSettings { visibility: ProbeVisibility::Masks, ..cells(16) })),
     ] {
         let material = Material { emission, ..lambert([albedo; 3]) };
         let world = upload(&scene(room([2.0, 1.0, 3.0], 0), vec![material]));
@@ -89,13 +90,38 @@ fn little_light_leaks_through_walls_at_any_angle() {
     crate::walls::assert_leaks(found, 0.02, 0.003);
 }
 
-/// Without visibility, far more leaks through the same walls.
+/// Without visibility, far more leaks through the same walls; and with masks as much, to the bit: all surfaces of these houses have two sides, and
+/// one that faces everybody hides nothing.
 #[test]
 fn without_distances_light_leaks() {
-    let chosen = settings!(ProbeSettings { visibility: ProbeVisibility::None, ..cells(32) });
-    let mut found = leaks_of_houses(&|world, camera| session(world, camera, chosen), 32);
-    found.sort_by(f64::total_cmp);
-    assert!(found[9] > 0.02, "leaks without visibility are {found:.5?}, expected three above 0.02");
+    let leaks = |visibility, n_cells| {
+        let chosen = settings!(ProbeSettings { visibility, ..cells(n_cells) });
+        let mut found = leaks_of_houses(&|world, camera| session(world, camera, chosen), n_cells);
+        found.sort_by(f64::total_cmp);
+        found
+    };
+    let none = leaks(ProbeVisibility::None, 32);
+    assert!(none[9] > 0.02, "leaks without visibility are {none:.5?}, expected three above 0.02");
+    let [none, masks] = [ProbeVisibility::None, ProbeVisibility::Masks].map(|v| leaks(v, 8));
+    assert_eq!(masks, none, "leaks of walls of two sides with masks, and without");
+}
+
+/// Masks hold back light at a wall of single-sided surfaces that is thick enough for subvolumes of its own: more of it leaks
+/// without visibility.
+#[test]
+fn masks_hold_back_light_at_solid_walls() {
+    use crate::rooms::{Between, dark_over_lit, divided_room};
+    let world = upload(&divided_room([1.9, 2.1], Between::Wall));
+    let [none, masks] = [ProbeVisibility::None, ProbeVisibility::Masks].map(|visibility| {
+        let chosen = settings!(ProbeSettings { visibility, wraps: false, ..cells(16) });
+        let mut session = session(&world, &eye(), chosen);
+        session.run(&world, 6);
+        dark_over_lit(Between::Wall, |camera| {
+            session.camera = camera.clone();
+            session.mean(&world, 2, Channel::Indirect).element_sum()
+        })
+    });
+    assert!(masks < 0.01 * none && none > 5e-4, "{masks} leaks with masks, {none} without");
 }
 
 /// Light that changes is gathered anew, and only then; surfaces that move get probes where they are.
@@ -162,6 +188,21 @@ fn settings_out_of_range_are_refused() {
         let error = ProbeVolume::new(gpu(), &world, ProbeVolumeSettings(chosen)).unwrap_err();
         let text = error.to_string();
         assert!(text.contains(name), "{chosen:?}: the error is `{text}`, expected one of {name}");
+    }
+}
+
+/// Neither a net nor a bake has masks: that is said, not answered with something else.
+#[test]
+fn only_a_live_lattice_has_masks() {
+    let world = upload(&lit_room());
+    let masks = settings!(ProbeSettings { visibility: ProbeVisibility::Masks, ..cells(8) });
+    let net = lucerna::components::probe_net::ProbeNet::new(&[Vec3::ONE]).unwrap();
+    let baked = bake::bake(&lit_room(), cells(8));
+    for error in [
+        ProbeVolume::on_net(gpu(), &world, ProbeVolumeSettings(masks), net).unwrap_err(),
+        ProbeVolume::from_bakes(gpu(), &world, ProbeVolumeSettings(masks), &[&baked]).unwrap_err(),
+    ] {
+        assert!(error.to_string().contains("masks"), "{error}");
     }
 }
 

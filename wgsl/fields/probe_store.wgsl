@@ -16,11 +16,16 @@ const HIDDEN_WEIGHT: f32 = 1e-5;
 /// Weight of a probe that is inside something: it counts where there are no others.
 const INSIDE_WEIGHT: f32 = 1e-3;
 
+/// Probes that do not see the point by their maps of distances count less, or by their masks (only on a lattice). Any other number: all
+/// count.
+const SIGHT_DISTANCES: u32 = 1u;
+const SIGHT_MASKS: u32 = 2u;
+
 struct Probes {
     /// The lattice: "cells" are the corners of the grid's cells, at whole numbers. Of a net, only the place of 0 and the unit.
     lattice: VoxelGrid,
-    /// 1: probes that do not see the point, by their maps of distances, count less.
-    uses_distances: u32,
+    /// How a point finds out which probes see it: a SIGHT_ constant.
+    sight: u32,
     /// How far a point is moved along its normal before distances are compared [units].
     normal_bias: f32,
     /// 1: probes behind the surface count less (`wrapped_weight`).
@@ -37,7 +42,9 @@ struct Probes {
 @group(3) @binding(32) var<uniform> probes: Probes;
 /// WORDS for each probe (`lucerna::components::probes::basis`): the radiance that arrives and was reflected at least once.
 @group(3) @binding(34) var<storage, read> probe_light: array<u32>;
-/// MAP_SIDE² for each probe: mean distance to surfaces [units] and mean of its square, two halfs (`pack2x16float`).
+/// MAP_SIDE² for each probe: mean distance to surfaces [units] and mean of its square, two halfs (`pack2x16float`). With SIGHT_MASKS instead: two
+/// words for each brick of the cells (`lucerna::components::voxels::bricks`), then MASK_WORDS for each cell that surfaces meet
+/// (`lucerna::components::probes::masks`).
 @group(3) @binding(35) var<storage, read> probe_distances: array<u32>;
 
 /// The light of a probe.
@@ -86,7 +93,7 @@ fn probe_weight(probe: u32, stands: ProbePlace, query: ProbeQuery) -> f32 {
         let to_probe = stands.place - query.point;
         weight *= wrapped_weight(query.normal, to_probe / max(length(to_probe), 1e-6));
     }
-    if probes.uses_distances != 0u {
+    if probes.sight == SIGHT_DISTANCES {
         let from_probe = query.biased - stands.place;
         let distance = min(length(from_probe), stands.reach);
         if distance > 0.0 {

@@ -6,11 +6,13 @@
 #define_import_path lucerna::fields::probes
 
 #import lucerna::components::probes::air::{MIDDLE_STRIDE, WIDE_STRIDE, air_below}
+#import lucerna::components::probes::masks::{MASK_SIDE, MASK_WORDS, mask_bit}
 #import lucerna::components::probes::place::{place_is_inside, place_moved}
 #import lucerna::components::probes::probe_light::light_irradiance
-#import lucerna::components::voxels::bricks::{NO_SLOT, brick_of_cell, slot_in_brick}
+#import lucerna::components::voxels::bricks::{BRICK, NO_SLOT, brick_of_cell, slot_in_brick}
 #import lucerna::components::voxels::grid::{grid_from_world, is_inside, unpack_cell}
-#import lucerna::fields::probe_store::{ProbePlace, ProbeQuery, light_of_probe, probe_weight, probes}
+#import lucerna::fields::probe_store::{HIDDEN_WEIGHT, ProbePlace, ProbeQuery, SIGHT_MASKS, light_of_probe}
+#import lucerna::fields::probe_store::{probe_distances, probe_weight, probes}
 
 /// Where the look-up finds its cell: a surface on the border between two cells belongs to the one in front of it [cells].
 const CELL_OFFSET: f32 = 1e-3;
@@ -39,6 +41,40 @@ fn place_of_probe(probe: u32) -> ProbePlace {
     let record = record_of_probe(probe);
     let place = vec3<f32>(unpack_cell(record.x)) + place_moved(record.y);
     return ProbePlace(place, place_is_inside(record.y), NO_REACH);
+}
+
+/// The corners' masks of a cell, and a point's bit in them.
+struct CellMasks {
+    /// Where they begin in `probe_distances`; NO_SLOT: all corners see the cell.
+    first: u32,
+    bit: u32,
+}
+
+/// The masks for a point in a cell, `upper` [cells] from its least corner.
+fn masks_of_cell(cell: vec3<u32>, upper: vec3<f32>) -> CellMasks {
+    if probes.sight != SIGHT_MASKS {
+        return CellMasks(NO_SLOT, 0u);
+    }
+    // The grid of cells has one less along each axis than the lattice.
+    let bricks = (probes.lattice.size - 1u + BRICK - 1u) / BRICK;
+    let at = cell / BRICK;
+    let brick = (at.z * bricks.y + at.y) * bricks.x + at.x;
+    let words = vec2<u32>(probe_distances[2u * brick], probe_distances[2u * brick + 1u]);
+    let slot = slot_in_brick(words, cell);
+    if slot == NO_SLOT {
+        return CellMasks(NO_SLOT, 0u);
+    }
+    let subvolume = min(vec3<u32>(upper * f32(MASK_SIDE)), vec3<u32>(MASK_SIDE - 1u));
+    return CellMasks(2u * bricks.x * bricks.y * bricks.z + MASK_WORDS * slot, mask_bit(subvolume));
+}
+
+/// How much the probe at a corner (0 to 7) of a cell counts by its mask.
+fn mask_weight(masks: CellMasks, corner: u32) -> f32 {
+    if masks.first == NO_SLOT {
+        return 1.0;
+    }
+    let word = probe_distances[masks.first + 2u * corner + masks.bit / 32u];
+    return select(HIDDEN_WEIGHT, 1.0, ((word >> (masks.bit & 31u)) & 1u) != 0u);
 }
 
 /// A corner of a cell of the air, and its share of the interpolation.
@@ -70,13 +106,14 @@ fn probe_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
     let cell = clamp(floor(point + normal * CELL_OFFSET), vec3<f32>(0.0), last);
     let upper = clamp(point - cell, vec3<f32>(0.0), vec3<f32>(1.0));
     let query = ProbeQuery(point, point + normal * probes.normal_bias, normal);
+    let masks = masks_of_cell(vec3<u32>(cell), clamp(point + normal * CELL_OFFSET - cell, vec3<f32>(0.0), vec3<f32>(1.0)));
     var sum = vec4<f32>(0.0);
     for (var ix = 0u; ix < 8u; ix++) {
         let is_upper = ((vec3<u32>(ix) >> vec3<u32>(0u, 1u, 2u)) & vec3<u32>(1u)) != vec3<u32>(0u);
         let along = select(1.0 - upper, upper, is_upper);
         let fine = AirCorner(
             vec3<u32>(cell) + select(vec3<u32>(0u), vec3<u32>(1u), is_upper),
-            along.x * along.y * along.z,
+            along.x * along.y * along.z * mask_weight(masks, ix),
         );
         let fine_probe = probe_of_corner(vec3<i32>(fine.corner));
         let n_middle = select(8u, 1u, fine_probe != NO_SLOT);

@@ -45,6 +45,7 @@ pub fn measure(
         (DEFAULT, ours),
         ("sh2, no visibility", none),
         ("sh2, no visibility, no wrap", settings!(ProbeSettings { wraps: false, ..none })),
+        ("sh2, masks", settings!(ProbeSettings { visibility: ProbeVisibility::Masks, ..ours })),
         ("sh2-float, distances", of_basis(ProbeBasis::Sh2Float)),
         ("sh2-bytes, distances", of_basis(ProbeBasis::Sh2Bytes)),
         ("sh1, distances", of_basis(ProbeBasis::Sh1)),
@@ -82,7 +83,7 @@ pub fn measure(
     let shade = |ix: usize| sum_of(&all[ix], &["probe_volume/shade"]);
     let frame = sum_of(&all[0], &["frame/gbuffer", "frame/direct"]);
     rows.push(Row::new(FRAME, frame, "ms"));
-    let exact = 3;
+    let exact = 4;
     for (ix, (name, _)) in configurations.iter().take(n_bases).enumerate() {
         let ratio = Some((shade(ix) / frame, FRAME));
         rows.push(Row { ratio, ..Row::new(format!("look-up, {name}"), shade(ix), "ms") });

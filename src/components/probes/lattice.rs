@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Probes at the corners of the cells that surfaces meet, and of wider cells of the air.
 
-use super::{ADVICE, MAP_SIDE, ProbeSettings};
+use super::masks::Masks;
+use super::{ADVICE, MAP_SIDE, ProbeSettings, ProbeVisibility};
 use crate::bindings::kernels::probes::place::PlaceInfo;
 use crate::bindings::lucerna::components::probes::air::{MIDDLE_STRIDE, WIDE_STRIDE};
 use crate::components::voxels::{
@@ -29,6 +30,7 @@ fn n_air(size: UVec3, stride: u32) -> u32 {
 pub(super) struct Lattice {
     /// None: probes are where a bake had them.
     voxelizer: Option<Voxelizer>,
+    masks: Option<Masks>,
     moves: bool,
     grid: VoxelGrid,
     mark: ComputeKernel,
@@ -65,7 +67,11 @@ impl Lattice {
             ..grid
         };
         let mut made = Self::on(gpu, scene, settings, lattice)?;
-        made.voxelizer = Some(Voxelizer::new(gpu, scene, grid)?);
+        let voxelizer = Voxelizer::new(gpu, scene, grid)?;
+        if settings.visibility == ProbeVisibility::Masks {
+            made.masks = Some(Masks::new(gpu, scene, &voxelizer)?);
+        }
+        made.voxelizer = Some(voxelizer);
         Ok(made)
     }
 
@@ -84,6 +90,7 @@ impl Lattice {
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&grid));
         Ok(Self {
             voxelizer: None,
+            masks: None,
             moves: settings.moves,
             grid,
             mark: plain("probes/mark"),
@@ -108,6 +115,9 @@ impl Lattice {
         // Without, the places are a bake's.
         let Some(voxelizer) = &self.voxelizer else { return Ok(()) };
         voxelizer.record(recorder, scene, Triangles::All)?;
+        if let Some(masks) = &self.masks {
+            masks.record(recorder, scene, voxelizer);
+        }
         recorder.encoder().clear_buffer(&self.bits, 0, None);
         recorder.encoder().clear_buffer(&self.placed, 0, None);
         let pass = &mut recorder.compute("probes/place");
@@ -150,6 +160,11 @@ impl Lattice {
     /// Its part of the bindings of kernels that look up light (`fields::probes`).
     pub fn look_up(&self) -> Bindings<'_> {
         vec![("probe_structure", self.occupancy.structure().into())]
+    }
+
+    /// The masks, if they decide which probes a point sees.
+    pub fn masks(&self) -> Option<&wgpu::Buffer> {
+        self.masks.as_ref().map(Masks::buffer)
     }
 
     /// The lattice of corners.

@@ -18,6 +18,7 @@
 mod bake;
 mod lattice;
 mod layout;
+mod masks;
 #[cfg(feature = "nets")]
 mod net;
 mod settings;
@@ -235,6 +236,11 @@ impl Probes {
         settings: ProbeSettings,
         layout: Layout,
     ) -> Result<Self, VoxelError> {
+        if settings.visibility == ProbeVisibility::Masks
+            && layout.lattice().and_then(Lattice::masks).is_none()
+        {
+            return Err(VoxelError::NoMasks);
+        }
         let copied = wgpu::BufferUsages::COPY_DST;
         let storage = |what, bytes| storage_buffer(gpu, what, bytes, copied, ADVICE);
         let capacity = u64::from(layout.capacity());
@@ -378,10 +384,21 @@ impl Probes {
         let mut all: Bindings = vec![
             ("probes", (&self.uniform).into()),
             ("probe_light", (&self.light).into()),
-            ("probe_distances", (&self.distances).into()),
+            ("probe_distances", self.sight().into()),
         ];
         all.extend(self.layout.look_up());
         all
+    }
+
+    /// What tells which probes see a point: masks, or maps of distances.
+    fn sight(&self) -> &wgpu::Buffer {
+        self.masks().unwrap_or(&self.distances)
+    }
+
+    /// Masks of what probes see of the cells that surfaces meet (`wgsl/components/probes/masks.wgsl`), if that is asked for: two words
+    /// for each brick of cells, and 16 for each cell with surfaces.
+    pub fn masks(&self) -> Option<&wgpu::Buffer> {
+        self.layout.lattice().and_then(Lattice::masks)
     }
 
     /// A variant with the modules that look up these probes: their layout's and their basis's.

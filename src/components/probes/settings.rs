@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Settings of probes.
 
-use crate::bindings::lucerna::fields::probe_store::Probes;
+use crate::bindings::lucerna::fields::probe_store::{self, Probes};
 use crate::components::voxels::VoxelGrid;
 use crate::settings;
 use crate::shader::{
@@ -19,6 +19,9 @@ pub enum ProbeVisibility {
     /// Those that are farther away than what they see in that direction count less.
     #[default]
     Distances,
+    /// Those of whose cell's subvolumes the point's one is hidden by surfaces that face away do not count: the masks of
+    /// Light-probe volumes (2016). Neither bakes nor nets have them.
+    Masks,
 }
 
 /// How a probe keeps its light (`wgsl/components/probes/basis.wgsl` and its variants).
@@ -152,7 +155,11 @@ impl ProbeSettings {
     pub(super) fn field(&self, lattice: VoxelGrid) -> Probes {
         settings!(Probes {
             lattice,
-            uses_distances: u32::from(self.visibility == ProbeVisibility::Distances),
+            sight: match self.visibility {
+                ProbeVisibility::None => 0,
+                ProbeVisibility::Distances => probe_store::SIGHT_DISTANCES,
+                ProbeVisibility::Masks => probe_store::SIGHT_MASKS,
+            },
             normal_bias: self.normal_bias,
             wraps: u32::from(self.wraps),
             least_variance: LEAST_DEVIATION * LEAST_DEVIATION,

@@ -81,6 +81,9 @@ pub enum VoxelError {
     /// A bake's points make no net, or (without the feature `nets`) none is possible.
     #[error("the points of the bake make no net: bake again (with lucerna's feature `nets`)")]
     NoNet,
+    /// Neither bakes nor nets have masks.
+    #[error("neither bakes nor nets have masks of what probes see: use distances")]
+    NoMasks,
     /// The scene differs from the one that the voxelizer was made for.
     #[error(transparent)]
     Mismatch(#[from] crate::seam::Mismatch),

@@ -197,6 +197,15 @@ impl Voxelizer {
         Ok(())
     }
 
+    /// Records the call of a kernel that does one piece of work per invocation, over the triangles of the last [`record`](Self::record).
+    pub(crate) fn dispatch_pieces<'c>(
+        &'c self,
+        call: ComputeCall<'c, '_>,
+        scene: &'c dyn SceneSeam,
+    ) {
+        self.work.dispatch(call, scene);
+    }
+
     /// Moves the grid to this corner \[m\], before the next [`record`](Self::record) of all triangles.
     pub fn move_to(&mut self, origin: glam::Vec3) {
         self.grid.origin = origin;

@@ -15,6 +15,10 @@ const VISIBILITY: &[SettingChoice] = &[
         "distances",
         "probes that are farther away than what they see in that direction count less",
     ),
+    SettingChoice::new(
+        "masks",
+        "probes do not count in parts of a cell that surfaces hide from them, by a bit for each of 64 (not for bakes and nets)",
+    ),
 ];
 
 /// In the order of [`ProbeBasis::ALL`].
@@ -103,6 +107,7 @@ impl Settings for ProbeVolumeSettings {
                 VISIBILITY[match of.visibility {
                     ProbeVisibility::None => 0,
                     ProbeVisibility::Distances => 1,
+                    ProbeVisibility::Masks => 2,
                 }]
                 .name,
             ),
@@ -130,6 +135,7 @@ impl Settings for ProbeVolumeSettings {
             (6, Word(name)) => {
                 of.visibility = match name {
                     "none" => ProbeVisibility::None,
+                    "masks" => ProbeVisibility::Masks,
                     _ => ProbeVisibility::Distances,
                 }
             }
