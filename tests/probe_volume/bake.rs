@@ -183,8 +183,19 @@ fn wrong_files_are_refused() {
     };
     says(&with(8, 3), "version 3 of the format, and this program reads version 2: use a newer");
     says(&with(8, 1), "version 1 of the format, and this program reads version 2: bake again");
-    let first = 92;
+    // Where probes begin; before them is the sum of the header and the index.
+    let first =
+        bytes.len() - 8 - 408 * u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let with = |at: usize, word: u32| {
+        let mut changed = bytes.clone();
+        changed[at..at + 4].copy_from_slice(&word.to_le_bytes());
+        let sum = xxh3_64(&changed[..first - 8]).to_le_bytes();
+        changed[first - 8..first].copy_from_slice(&sum);
+        sealed(changed)
+    };
     for (at, word, part) in [
+        (92, 1, "index"),
+        (100, 1, "index"),
         (12, u32::MAX, "truncated"),
         (16, 1, "lattice"),
         (16, 300, "lattice"),

@@ -12,6 +12,7 @@ mod rooms;
 #[allow(dead_code)]
 #[path = "../voxel_rt/session.rs"]
 mod session;
+mod stream;
 #[allow(dead_code)]
 #[path = "../reference/support.rs"]
 mod support;

@@ -11,6 +11,7 @@ use crate::progress::Meter;
 use crate::render::settings::{BAKED, BAKES};
 use clap::Args;
 use lucerna::blocking::{FrameStats, FramesToRender, Progress, read_film, render_frames_with};
+use lucerna::components::probes::{BakeError, ProbeFile};
 use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettings};
 use lucerna::frame::{DirectSettings, FramePasses, ViewSettings};
 use lucerna::gpu::Gpu;
@@ -50,6 +51,9 @@ pub struct RealtimeArguments {
     /// of its light (only `probe-volume`).
     #[arg(long, value_name = "FILE[=WEIGHT]", value_parser = parse_bake)]
     bake: Vec<BakeChoice>,
+    /// With one `--bake`: load only the probes nearest to the camera, as many as this many megabytes of GPU memory have room for.
+    #[arg(long, value_name = "MB", requires = "bake", value_parser = clap::value_parser!(u32).range(1..=1 << 16))]
+    bake_memory: Option<u32>,
     #[command(flatten)]
     net: NetArguments,
     /// With `--shadows pcss`: radius of point and spot lights [m].
@@ -141,6 +145,39 @@ fn from_bakes(
     Ok(made)
 }
 
+/// The technique with those probes of a file that are nearest to a place, in so many bytes.
+fn from_file(
+    gpu: &Gpu,
+    gpu_scene: &GpuScene,
+    (scene, diffuse_only): (&Scene, bool),
+    settings: &[(&str, &str)],
+    choice: &BakeChoice,
+    (place, most_bytes): (glam::Vec3, u64),
+) -> Result<ProbeVolume, Box<dyn std::error::Error>> {
+    let settings = ProbeVolumeSettings::from_texts(settings)?;
+    let name = choice.file.display();
+    if choice.weight != 1.0 {
+        return Err("--bake-memory takes a bake as it is, without a weight".into());
+    }
+    let fail = |error: BakeError| format!("{name}: {error}");
+    let mut file = ProbeFile::open(&choice.file).map_err(fail)?;
+    let fingerprint = SceneFingerprint::of(scene, diffuse_only, &|_| false);
+    for change in file.head().check(&fingerprint).map_err(fail)? {
+        errln!("warning: {name}: {change}");
+    }
+    let mut made = ProbeVolume::from_file(gpu, gpu_scene, settings, &file, most_bytes)?;
+    let found = made.probes_mut().stream(gpu, &mut file, place, u32::MAX).map_err(fail)?;
+    if found.radius.is_finite() {
+        errln!(
+            "{} of {} probes are loaded: all that are within {:.2} m of the camera",
+            made.probes().n_in_memory(),
+            file.n_probes(),
+            found.radius
+        );
+    }
+    Ok(made)
+}
+
 /// Angular radius of the sun [degrees].
 const SUN_RADIUS: f32 = 0.27;
 
@@ -213,13 +250,17 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
             }
             let of_look_up: Vec<_> =
                 settings.iter().copied().filter(|(name, _)| !BAKED.contains(name)).collect();
-            Box::new(from_bakes(
-                &gpu,
-                &gpu_scene,
-                (&scene, arguments.scene.diffuse),
-                &of_look_up,
-                bakes,
-            )?)
+            let of = (&scene, arguments.scene.diffuse);
+            Box::new(match arguments.realtime.bake_memory {
+                None => from_bakes(&gpu, &gpu_scene, of, &of_look_up, bakes)?,
+                Some(megabytes) => {
+                    let [bake] = bakes else {
+                        return Err("--bake-memory takes one --bake: parts are not blended".into());
+                    };
+                    let around = (camera.position, u64::from(megabytes) * 1_000_000);
+                    from_file(&gpu, &gpu_scene, of, &of_look_up, bake, around)?
+                }
+            })
         }
         _ => return Err(format!("--bake means nothing to the technique {}", technique.name).into()),
     };

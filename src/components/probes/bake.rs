@@ -12,9 +12,13 @@
 //! | 4, 12 | edge of a cell \[m\], where corner (0, 0, 0) is \[m\], f32; 0 for a net |
 //! | 4, 4, 4, 4, 4, 4 | cells; paths; bounces; seed; 1 if probes move; noise (f32) |
 //! | 24 | the scene's fingerprint: shape, pose, light |
+//! | 12 a brick of 4 × 4 × 2 corners, only of a lattice | which of its corners have probes, the first of them, and the low half of XXH3 of all of them |
+//! | 8 | XXH3 (64 bits) of everything before |
 //! | 408 a probe | [`BakedProbe`] |
 //! | 12 a probe, only of a net | where it is \[m\], f32 |
 //! | 8 | XXH3 (64 bits) of everything before |
+//!
+//! So a part of a lattice can be read, and checked, without the rest ([`ProbeFile`](super::ProbeFile)).
 
 use super::settings::ProbeSettings;
 use super::{COEFFICIENTS, MAP_SIDE};
@@ -30,9 +34,11 @@ use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 8] = *b"LUCPROBE";
 const VERSION: u32 = 2;
-const HEADER_BYTES: usize = 8 + 4 * 15 + 3 * 8;
-const CHECKSUM_BYTES: usize = 8;
+pub(super) const HEADER_BYTES: usize = 8 + 4 * 15 + 3 * 8;
+pub(super) const CHECKSUM_BYTES: usize = 8;
 const POINT_BYTES: usize = 12;
+/// Words of a brick in the index.
+pub(super) const ENTRY_WORDS: usize = 3;
 
 /// One probe of a [`ProbeBake`].
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -48,7 +54,7 @@ pub struct BakedProbe {
     pub distances: [u32; (MAP_SIDE * MAP_SIDE) as usize],
 }
 
-const PROBE_BYTES: usize = size_of::<BakedProbe>();
+pub(super) const PROBE_BYTES: usize = size_of::<BakedProbe>();
 
 impl BakedProbe {
     /// Its corner of the lattice.
@@ -65,6 +71,20 @@ impl BakedProbe {
     /// Whether it is inside something, or behind a wall.
     pub fn is_inside(&self) -> bool {
         self.place >> 30 & 1 == 1
+    }
+
+    /// Whether its numbers are possible. `ix`: which one it is, for the message.
+    pub(super) fn validate(&self, ix: usize) -> Result<(), BakeError> {
+        let invalid = |what: String| Err(BakeError::Invalid(what));
+        if !self.gathered.as_flattened().iter().all(|number| number.is_finite()) {
+            return invalid(format!("the light of probe {ix} is not finite"));
+        }
+        let halfs = self.distances.iter().flat_map(|two| [*two, *two >> 16]);
+        // (Infinity and NaN have all bits of the exponent.)
+        if halfs.into_iter().any(|half| half >> 10 & 31 == 31) {
+            return invalid(format!("a distance of probe {ix} is not finite"));
+        }
+        Ok(())
     }
 
     /// Coefficients of the radiance that arrives, order 2 \[W·sr⁻¹·m⁻²\].
@@ -132,9 +152,9 @@ pub enum BakeError {
     #[error("it is truncated: it has {found} bytes, and {expected} are expected; bake again")]
     Truncated {
         /// Its bytes.
-        found: usize,
+        found: u64,
         /// The bytes of a file with as many probes.
-        expected: usize,
+        expected: u64,
     },
     /// It has changed since it was written.
     #[error("it is damaged: its checksum is not that of its contents; bake again")]
@@ -206,7 +226,7 @@ impl ProbeBake {
 
     /// The bytes of a file: the same for the same probes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = Vec::with_capacity(HEADER_BYTES + PROBE_BYTES * self.probes.len() + 8);
+        let mut out = Vec::with_capacity(HEADER_BYTES + PROBE_BYTES * self.probes.len());
         out.extend(MAGIC);
         let of = &self.settings;
         let (origin, cell, size) = match self.layout {
@@ -229,9 +249,11 @@ impl ProbeBake {
         for number in [self.scene.shape, self.scene.pose, self.scene.light] {
             out.extend(number.to_le_bytes());
         }
-        for word in bytemuck::cast_slice::<_, u32>(&self.probes) {
+        for word in index_of(self).into_iter().flatten() {
             out.extend(word.to_le_bytes());
         }
+        out.extend(xxh3_64(&out).to_le_bytes());
+        out.extend(bytes_of(&self.probes));
         if let BakedLayout::Net { points } = &self.layout {
             let numbers = points.iter().flat_map(|point| point.to_array());
             numbers.for_each(|number| out.extend(number.to_le_bytes()));
@@ -245,95 +267,35 @@ impl ProbeBake {
     /// # Errors
     /// [`BakeError`] other than `Io` and `OtherScene`.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, BakeError> {
-        if bytes.get(..8) != Some(MAGIC.as_slice()) {
-            return Err(BakeError::Foreign);
-        }
-        let truncated = |expected| BakeError::Truncated { found: bytes.len(), expected };
-        let word = |ix: usize| {
-            let four = bytes.get(8 + 4 * ix..12 + 4 * ix)?;
-            Some(u32::from_le_bytes(four.try_into().ok()?))
-        };
-        let version = word(0).ok_or(truncated(HEADER_BYTES + CHECKSUM_BYTES))?;
-        match version.cmp(&VERSION) {
-            Ordering::Greater => return Err(BakeError::Newer(version)),
-            Ordering::Less => return Err(BakeError::Older(version)),
-            Ordering::Equal => {}
-        }
-        if bytes.len() < HEADER_BYTES + CHECKSUM_BYTES {
-            return Err(truncated(HEADER_BYTES + CHECKSUM_BYTES));
-        }
-        // (All of them are there.)
-        let number = |ix| word(ix).unwrap_or(0);
-        let n = number(1) as usize;
-        let size = UVec3::new(number(2), number(3), number(4));
-        let is_net = size == UVec3::ZERO;
-        let end_of_probes = HEADER_BYTES + PROBE_BYTES * n;
-        let expected = end_of_probes + if is_net { POINT_BYTES * n } else { 0 } + CHECKSUM_BYTES;
-        if bytes.len() < expected {
-            return Err(truncated(expected));
-        }
-        if bytes.len() > expected {
-            return Err(BakeError::Invalid(format!(
-                "it has {} bytes, and {expected} are expected",
-                bytes.len()
-            )));
-        }
-        let (contents, checksum) = bytes.split_at(expected - CHECKSUM_BYTES);
+        let head = Head::of(bytes, bytes.len() as u64)?;
+        let (contents, checksum) = bytes.split_at(bytes.len() - CHECKSUM_BYTES);
         if xxh3_64(contents).to_le_bytes() != checksum {
             return Err(BakeError::Damaged);
         }
-        let float = |ix| f32::from_bits(number(ix));
-        let long = |ix| u64::from(number(ix)) | u64::from(number(ix + 1)) << 32;
-        let words = |of: &[u8]| -> Vec<u32> {
-            let four = |w: &[u8]| u32::from_le_bytes([w[0], w[1], w[2], w[3]]);
-            of.chunks_exact(4).map(four).collect()
-        };
-        let points = words(&contents[end_of_probes..]);
-        let point = |of: &[u32]| Vec3::from_array([of[0], of[1], of[2]].map(f32::from_bits));
-        let bake = Self {
-            scene: SceneFingerprint { shape: long(15), pose: long(17), light: long(19) },
-            settings: settings!(ProbeSettings {
-                cells: number(9),
-                n_paths: number(10),
-                n_bounces: number(11),
-                seed: number(12),
-                moves: number(13) != 0,
-                noise: float(14),
-            }),
-            n_paths: number(10),
-            layout: if is_net {
-                BakedLayout::Net { points: points.chunks_exact(3).map(point).collect() }
-            } else {
-                let origin = Vec3::new(float(6), float(7), float(8));
-                BakedLayout::Lattice { origin, cell: float(5), size }
-            },
-            probes: bytemuck::pod_collect_to_vec(&words(&contents[HEADER_BYTES..end_of_probes])),
-        };
+        let first = head.first_probe as usize;
+        let end = first + PROBE_BYTES * head.n_probes as usize;
+        let points = words_of(&contents[end..]);
+        let mut bake = head.bake;
+        if let BakedLayout::Net { points: of } = &mut bake.layout {
+            let point = |of: &[u32]| Vec3::from_array([of[0], of[1], of[2]].map(f32::from_bits));
+            *of = points.chunks_exact(3).map(point).collect();
+        }
+        bake.probes = bytemuck::pod_collect_to_vec(&words_of(&contents[first..end]));
         bake.validate()?;
+        if index_of(&bake).as_flattened() != words_of(&bytes[HEADER_BYTES..first - CHECKSUM_BYTES])
+        {
+            return Err(BakeError::Invalid("the index is not that of its probes".into()));
+        }
         Ok(bake)
     }
 
     /// A file with a right checksum can still be wrong: another program wrote it.
     fn validate(&self) -> Result<(), BakeError> {
         let invalid = |what: String| Err(BakeError::Invalid(what));
-        let of = &self.settings;
-        match &self.layout {
-            BakedLayout::Lattice { origin, cell, size } => {
-                if size.min_element() < 2 || size.max_element() > MAX_SIZE + 1 {
-                    return invalid(format!("a lattice of {size} corners"));
-                }
-                if !(*cell > 0.0 && cell.is_finite() && origin.is_finite()) {
-                    return invalid(format!("cells of {cell} m at {origin}"));
-                }
-            }
-            BakedLayout::Net { points } => {
-                if let Some(ix) = points.iter().position(|point| !point.is_finite()) {
-                    return invalid(format!("point {ix} is not finite"));
-                }
-            }
-        }
-        if of.n_bounces == 0 || !(0.0..=1.0).contains(&of.noise) {
-            return invalid(format!("{} bounces, noise {}", of.n_bounces, of.noise));
+        if let BakedLayout::Net { points } = &self.layout
+            && let Some(ix) = points.iter().position(|point| !point.is_finite())
+        {
+            return invalid(format!("point {ix} is not finite"));
         }
         let mut last = None;
         for (ix, probe) in self.probes.iter().enumerate() {
@@ -348,14 +310,7 @@ impl ProbeBake {
                 }
                 last = slot;
             }
-            if !probe.gathered.as_flattened().iter().all(|number| number.is_finite()) {
-                return invalid(format!("the light of probe {ix} is not finite"));
-            }
-            let halfs = probe.distances.iter().flat_map(|two| [*two, *two >> 16]);
-            // (Infinity and NaN have all bits of the exponent.)
-            if halfs.into_iter().any(|half| half >> 10 & 31 == 31) {
-                return invalid(format!("a distance of probe {ix} is not finite"));
-            }
+            probe.validate(ix)?;
         }
         Ok(())
     }
@@ -415,6 +370,134 @@ impl ProbeBake {
         }
         json.to_string()
     }
+}
+
+/// What a file begins with.
+pub(super) struct Head {
+    /// Without probes and points.
+    pub bake: ProbeBake,
+    pub n_probes: u32,
+    /// Where the first probe begins \[bytes\].
+    pub first_probe: u64,
+}
+
+impl Head {
+    /// The head of a file, of which at least the beginning is in `bytes`: up to the probes, or all that there is.
+    pub fn of(bytes: &[u8], n_bytes: u64) -> Result<Self, BakeError> {
+        if bytes.get(..8) != Some(MAGIC.as_slice()) {
+            return Err(BakeError::Foreign);
+        }
+        let truncated = |expected| BakeError::Truncated { found: n_bytes, expected };
+        let least = (HEADER_BYTES + 2 * CHECKSUM_BYTES) as u64;
+        let words = words_of(&bytes[8..]);
+        let version = *words.first().ok_or(truncated(least))?;
+        match version.cmp(&VERSION) {
+            Ordering::Greater => return Err(BakeError::Newer(version)),
+            Ordering::Less => return Err(BakeError::Older(version)),
+            Ordering::Equal => {}
+        }
+        let Some(
+            &[
+                _,
+                n_probes,
+                x,
+                y,
+                z,
+                cell,
+                ox,
+                oy,
+                oz,
+                cells,
+                n_paths,
+                n_bounces,
+                seed,
+                moves,
+                noise,
+            ],
+        ) = words.first_chunk()
+        else {
+            return Err(truncated(least));
+        };
+        if n_bytes < least || bytes.len() < HEADER_BYTES {
+            return Err(truncated(least));
+        }
+        let invalid = |what: String| Err(BakeError::Invalid(what));
+        let size = UVec3::new(x, y, z);
+        let layout = if size == UVec3::ZERO {
+            BakedLayout::Net { points: Vec::new() }
+        } else {
+            let [cell, ox, oy, oz] = [cell, ox, oy, oz].map(f32::from_bits);
+            let origin = Vec3::new(ox, oy, oz);
+            if size.min_element() < 2 || size.max_element() > MAX_SIZE + 1 {
+                return invalid(format!("a lattice of {size} corners"));
+            }
+            if !(cell > 0.0 && cell.is_finite() && origin.is_finite()) {
+                return invalid(format!("cells of {cell} m at {origin}"));
+            }
+            BakedLayout::Lattice { origin, cell, size }
+        };
+        let long = |ix: usize| u64::from(words[ix]) | u64::from(words[ix + 1]) << 32;
+        let bake = ProbeBake {
+            scene: SceneFingerprint { shape: long(15), pose: long(17), light: long(19) },
+            settings: settings!(ProbeSettings {
+                cells,
+                n_paths,
+                n_bounces,
+                seed,
+                moves: moves != 0,
+                noise: f32::from_bits(noise),
+            }),
+            n_paths,
+            layout,
+            probes: Vec::new(),
+        };
+        let of = &bake.settings;
+        if of.n_bounces == 0 || !(0.0..=1.0).contains(&of.noise) {
+            return invalid(format!("{} bounces, noise {}", of.n_bounces, of.noise));
+        }
+        let is_net = size == UVec3::ZERO;
+        let n_entries = if is_net { 0 } else { n_bricks(&lattice_of(&bake)) as usize };
+        let first_probe = HEADER_BYTES + 4 * ENTRY_WORDS * n_entries + CHECKSUM_BYTES;
+        let a_probe = PROBE_BYTES + if is_net { POINT_BYTES } else { 0 };
+        let expected = (first_probe + CHECKSUM_BYTES) as u64 + a_probe as u64 * u64::from(n_probes);
+        if n_bytes < expected || bytes.len() < first_probe {
+            return Err(truncated(expected));
+        }
+        if n_bytes > expected {
+            return invalid(format!("it has {n_bytes} bytes, and {expected} are expected"));
+        }
+        let (contents, checksum) = bytes[..first_probe].split_at(first_probe - CHECKSUM_BYTES);
+        if xxh3_64(contents).to_le_bytes() != checksum {
+            return Err(BakeError::Damaged);
+        }
+        Ok(Self { bake, n_probes, first_probe: first_probe as u64 })
+    }
+}
+
+/// The bytes of probes in a file.
+pub(super) fn bytes_of(probes: &[BakedProbe]) -> Vec<u8> {
+    bytemuck::cast_slice::<_, u32>(probes).iter().flat_map(|word| word.to_le_bytes()).collect()
+}
+
+/// Whole words of bytes in a file.
+pub(super) fn words_of(bytes: &[u8]) -> Vec<u32> {
+    bytes.chunks_exact(4).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect()
+}
+
+/// The low half of the hash of some probes' bytes.
+pub(super) fn hash_of(bytes: &[u8]) -> u32 {
+    xxh3_64(bytes) as u32
+}
+
+/// For each brick of the lattice: which of its corners have probes, the first of them, and their hash. Nothing for a net.
+fn index_of(bake: &ProbeBake) -> Vec<[u32; ENTRY_WORDS]> {
+    let BakedLayout::Lattice { .. } = bake.layout else { return Vec::new() };
+    let entry = |[bits, first]: [u32; 2]| {
+        let own = first as usize..first as usize + bits.count_ones() as usize;
+        [bits, first, hash_of(&bytes_of(&bake.probes[own]))]
+    };
+    let n = n_bricks(&lattice_of(bake)) as usize;
+    structure_of(bake).into_iter().take(n).map(entry).collect()
 }
 
 /// The lattice that a bake's probes are on; empty for a net.

@@ -107,6 +107,32 @@ impl Lattice {
     #[cfg(feature = "bake")]
     pub fn upload(&self, gpu: &Gpu, structure: &[[u32; 2]], n: u32, placed: [u32; 2]) {
         self.occupancy.upload(gpu, &self.grid, structure, n);
+        self.set_placed(gpu, placed);
+    }
+
+    /// Sets the words of a brick: which of its corners have probes, and the first of those. And, for each, its corner and its place.
+    #[cfg(feature = "bake")]
+    pub fn set_brick(&self, gpu: &Gpu, brick: u32, [bits, first]: [u32; 2], records: &[[u32; 2]]) {
+        let structure = self.occupancy.structure();
+        gpu.queue.write_buffer(
+            structure,
+            8 * u64::from(brick),
+            bytemuck::cast_slice(&[bits, first]),
+        );
+        let at = 8 * u64::from(n_bricks(&self.grid) + first);
+        gpu.queue.write_buffer(structure, at, bytemuck::cast_slice(records));
+    }
+
+    /// Bytes of its buffers that do not depend on the number of probes.
+    #[cfg(feature = "bake")]
+    pub fn fixed_bytes(grid: &VoxelGrid) -> u64 {
+        // The structure, slots before each brick, bits.
+        (8 + 4 + 4) * u64::from(n_bricks(grid))
+    }
+
+    /// Sets how many were moved, and are inside something.
+    #[cfg(feature = "bake")]
+    pub fn set_placed(&self, gpu: &Gpu, placed: [u32; 2]) {
         gpu.queue.write_buffer(&self.placed, 0, bytemuck::cast_slice(&placed));
     }
 

@@ -22,6 +22,8 @@ mod masks;
 #[cfg(feature = "nets")]
 mod net;
 mod settings;
+#[cfg(feature = "bake")]
+mod stream;
 
 use crate::bindings::kernels::probes::blend::BlendInfo;
 use crate::bindings::kernels::probes::gather::GatherInfo;
@@ -45,6 +47,8 @@ pub use crate::bindings::lucerna::components::probes::octahedral_map::MAP_SIDE;
 #[cfg(feature = "bake")]
 pub use bake::{BakeError, BakedLayout, BakedProbe, ProbeBake};
 pub use settings::{ProbeBasis, ProbeSettings, ProbeVisibility};
+#[cfg(feature = "bake")]
+pub use stream::{ProbeFile, Streamed};
 
 /// Bytes of a probe besides its light: 64 pairs of halfs, its corner and its place.
 const PLACE_BYTES: u64 = 4 * (MAP_SIDE * MAP_SIDE) as u64 + 8;
@@ -53,6 +57,11 @@ const GATHERED_BYTES: u64 = 16 * COEFFICIENTS as u64;
 const ADVICE: &str = "use fewer cells";
 /// Of the count of probes that followed paths in the last update, in the buffer of faults.
 const N_ACTIVE_OFFSET: u64 = 8;
+/// Bytes of one probe, as look-ups need it.
+fn bytes_of_probe(basis: ProbeBasis) -> u64 {
+    4 * u64::from(basis.words()) + PLACE_BYTES
+}
+
 /// Probes of a scene. They gather light until each has followed enough paths, and anew when the scene changes.
 #[derive(Debug)]
 pub struct Probes {
@@ -61,6 +70,9 @@ pub struct Probes {
     layout: Layout,
     /// Gathered light that is blended, with its weights; empty: probes gather their own.
     baked: Vec<(wgpu::Buffer, f32)>,
+    /// Baked probes of which only a part is there.
+    #[cfg(feature = "bake")]
+    pool: Option<stream::Pool>,
     /// Whether places and distances are those of a bake.
     places_are_baked: bool,
     /// Whether the scene has changed since baked probes, or probes at a bake's places, were first used.
@@ -215,6 +227,80 @@ impl Probes {
         Ok(made)
     }
 
+    /// Baked probes that stay in a file; those around a place are loaded by [`Self::stream`]. `most_bytes`: what all buffers may take on the GPU.
+    /// Of `settings`, those of the look-up count, as in [`Self::from_bakes`].
+    ///
+    /// # Errors
+    /// There is no room for a brick ([`VoxelError::NoRoom`]), or a buffer is larger than the device can bind.
+    #[cfg(feature = "bake")]
+    pub fn from_file(
+        gpu: &Gpu,
+        scene: &dyn SceneSeam,
+        settings: ProbeSettings,
+        file: &ProbeFile,
+        most_bytes: u64,
+    ) -> Result<Self, VoxelError> {
+        let settings = file.head().settings.with_look_up(&settings);
+        let fixed = Lattice::fixed_bytes(&file.lattice(1));
+        let of_probe = bytes_of_probe(settings.basis) + GATHERED_BYTES;
+        let room = (most_bytes.saturating_sub(fixed) / of_probe).min(file.n_probes().max(1).into());
+        if room < 32.min(file.n_probes().into()) {
+            return Err(VoxelError::NoRoom { bytes: most_bytes, least: fixed + 32 * of_probe });
+        }
+        let grid = file.lattice(room as u32);
+        let lattice = Box::new(Lattice::on(gpu, scene, &settings, grid)?);
+        let empty = vec![[0; 2]; crate::components::voxels::n_bricks(&grid) as usize];
+        lattice.upload(gpu, &empty, room as u32, [0, 0]);
+        let mut made = Self::with_layout(gpu, scene, settings, Layout::Lattice(lattice))?;
+        made.places_are_baked = true;
+        made.pool = Some(stream::Pool::new(room as u32));
+        made.n_paths = file.head().n_paths;
+        made.settings.n_paths = made.n_paths;
+        Ok(made)
+    }
+
+    /// Loads those bricks of a file that are nearest to a place \[m\] and for which there is room, at most `most` of them that are not there yet, and drops
+    /// those that are farther away. The next update shows them.
+    ///
+    /// # Errors
+    /// A brick cannot be read ([`BakeError`]); those before it are there all the same.
+    ///
+    /// # Panics
+    /// If these probes were not made by [`Self::from_file`].
+    #[cfg(feature = "bake")]
+    pub fn stream(
+        &mut self,
+        gpu: &Gpu,
+        file: &mut ProbeFile,
+        place: glam::Vec3,
+        most: u32,
+    ) -> Result<Streamed, BakeError> {
+        let Some(pool) = &mut self.pool else { panic!("these probes are not those of a file") };
+        let Some(lattice) = self.layout.lattice() else {
+            panic!("a file's probes are on a lattice")
+        };
+        let (changes, result) = pool.follow(file, place, most);
+        for change in &changes {
+            match change {
+                stream::Change::Dropped { brick } => lattice.set_brick(gpu, *brick, [0, 0], &[]),
+                stream::Change::Loaded { brick, bits, first, probes } => {
+                    let records: Vec<_> = probes.iter().map(|of| [of.corner, of.place]).collect();
+                    lattice.set_brick(gpu, *brick, [*bits, *first], &records);
+                    let at = u64::from(*first);
+                    let gathered: Vec<_> = probes.iter().map(|of| of.gathered).collect();
+                    let distances: Vec<_> = probes.iter().map(|of| of.distances).collect();
+                    let write = |buffer, at, bytes| gpu.queue.write_buffer(buffer, at, bytes);
+                    write(&self.gathered, GATHERED_BYTES * at, bytemuck::cast_slice(&gathered));
+                    let map = 4 * u64::from(MAP_SIDE * MAP_SIDE);
+                    write(&self.distances, map * at, bytemuck::cast_slice(&distances));
+                }
+            }
+        }
+        lattice.set_placed(gpu, pool.placed);
+        self.is_to_pack |= !changes.is_empty();
+        result
+    }
+
     /// How much each bake counts from the next update on: light is linear, so the weights are those of the lights that were on, and any
     /// number ≥ 0 is possible.
     ///
@@ -256,6 +342,8 @@ impl Probes {
             shaders: shaders.clone(),
             layout,
             baked: Vec::new(),
+            #[cfg(feature = "bake")]
+            pool: None,
             places_are_baked: false,
             is_outdated: false,
             is_to_pack: false,
@@ -290,11 +378,12 @@ impl Probes {
         check_shaders(&self.shaders, scene).map_err(VoxelError::Mismatch)?;
         let now = scene.revisions();
         let before = self.seen;
-        if !self.baked.is_empty() {
+        if !self.baked.is_empty() || self.is_streamed() {
             // (What moves was not baked.)
             let still = Revisions { moving: 0, ..now };
             self.is_outdated |= *self.seen.get_or_insert(still) != still;
             if std::mem::take(&mut self.is_to_pack) {
+                // (Of several; nothing, if they are a file's.)
                 self.blend(recorder);
                 self.pack(recorder);
             }
@@ -334,6 +423,16 @@ impl Probes {
         self.n_paths += PATHS_PER_UPDATE;
         self.pack(recorder);
         Ok(())
+    }
+
+    #[cfg(feature = "bake")]
+    fn is_streamed(&self) -> bool {
+        self.pool.is_some()
+    }
+
+    #[cfg(not(feature = "bake"))]
+    fn is_streamed(&self) -> bool {
+        false
     }
 
     /// Blends the light of bakes.
@@ -452,7 +551,7 @@ impl Probes {
 
     /// Bytes of one probe, as look-ups need it.
     pub fn probe_bytes(&self) -> u64 {
-        4 * u64::from(self.settings.basis.words()) + PLACE_BYTES
+        bytes_of_probe(self.settings.basis)
     }
 
     /// Paths that each probe has followed.
@@ -471,7 +570,7 @@ impl Probes {
                 "bytes",
                 (self.probe_bytes() + GATHERED_BYTES) * u64::from(self.layout.capacity()),
             ),
-            Stat::counted("probes", "probes", probes, 0),
+            self.count_of_probes(),
             Stat::counted("probes without room", "probes", probes, 4).fault(ADVICE),
             Stat::known("still to follow", "paths per probe", missing)
                 .fault("the light is noisy: update it in more frames (render: --warm-up), or ask for fewer paths"),
@@ -502,7 +601,27 @@ impl Probes {
             };
             stats.push(Stat::known(name, "times", self.is_outdated.into()).fault(advice));
         }
+        #[cfg(feature = "bake")]
+        if let Some(pool) = &self.pool {
+            let to_load = Stat::known("still in the file", "bricks", pool.n_to_load.into());
+            stats.push(to_load.fault("call Probes::stream again"));
+        }
         stats
+    }
+
+    /// Of the probes of a file, how many are in memory; 0 if these are not a file's.
+    #[cfg(feature = "bake")]
+    pub fn n_in_memory(&self) -> u32 {
+        self.pool.as_ref().map_or(0, stream::Pool::n_probes)
+    }
+
+    /// How many probes there are.
+    fn count_of_probes(&self) -> Stat {
+        #[cfg(feature = "bake")]
+        if let Some(pool) = &self.pool {
+            return Stat::known("probes", "probes", pool.n_probes().into());
+        }
+        Stat::counted("probes", "probes", self.layout.counts(), 0)
     }
 
     /// How the probes were laid out.

@@ -81,6 +81,14 @@ pub enum VoxelError {
     /// A bake's points make no net, or (without the feature `nets`) none is possible.
     #[error("the points of the bake make no net: bake again (with lucerna's feature `nets`)")]
     NoNet,
+    /// Too little memory for a part of a file of probes.
+    #[error("{bytes} bytes have no room for probes: at least {least} are needed")]
+    NoRoom {
+        /// What was allowed.
+        bytes: u64,
+        /// What a brick of probes needs, and the lattice.
+        least: u64,
+    },
     /// Neither bakes nor nets have masks.
     #[error("neither bakes nor nets have masks of what probes see: use distances")]
     NoMasks,

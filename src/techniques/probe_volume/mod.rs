@@ -78,7 +78,26 @@ impl ProbeVolume {
         Ok(Self::of(gpu, scene, settings, probes))
     }
 
-    /// The component that stores its light, to blend bakes.
+    /// As [`Self::new`], with the light of probes that stay in a file ([`Probes::from_file`]): those around a place are loaded by
+    /// [`Probes::stream`].
+    ///
+    /// # Errors
+    /// [`TechniqueError`]: as [`Self::new`], or there is too little room.
+    #[cfg(feature = "bake")]
+    pub fn from_file(
+        gpu: &Gpu,
+        scene: &dyn SceneSeam,
+        settings: ProbeVolumeSettings,
+        file: &crate::components::probes::ProbeFile,
+        most_bytes: u64,
+    ) -> Result<Self, TechniqueError> {
+        settings.check()?;
+        let probes = Probes::from_file(gpu, scene, settings.0, file, most_bytes)?;
+        let settings = ProbeVolumeSettings(*probes.settings());
+        Ok(Self::of(gpu, scene, settings, probes))
+    }
+
+    /// The component that stores its light, to blend bakes and to stream.
     pub fn probes_mut(&mut self) -> &mut Probes {
         &mut self.probes
     }
