@@ -67,6 +67,7 @@ pub const AXES: &[Axis] = &[
             plain("ambient_cube"),
             plain("chroma_sh1"),
             plain("chroma_constant"),
+            plain("sh4"),
         ],
     },
     Axis { name: "probes", values: &[plain("lattice"), plain("net")] },
@@ -107,6 +108,8 @@ pub const BASIS_AMBIENT_CUBE: Choice = Choice { axis: 5, value: 4 };
 pub const BASIS_CHROMA_SH1: Choice = Choice { axis: 5, value: 5 };
 /// Probes keep luma of order 2 and means of differences of colour.
 pub const BASIS_CHROMA_CONSTANT: Choice = Choice { axis: 5, value: 6 };
+/// Probes keep spherical harmonics of order 4.
+pub const BASIS_SH4: Choice = Choice { axis: 5, value: 7 };
 /// Probes are at the points of a net, instead of at corners of cells.
 pub const NET_PROBES: Choice = Choice { axis: 6, value: 1 };
 

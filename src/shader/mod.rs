@@ -33,8 +33,8 @@ mod scan;
 pub use axes::BASELINE;
 pub use axes::{
     AXES, Axis, AxisValue, BASIS_AMBIENT_CUBE, BASIS_CHROMA_CONSTANT, BASIS_CHROMA_SH1, BASIS_SH1,
-    BASIS_SH2_BYTES, BASIS_SH2_FLOAT, Choice, NET_PROBES, NO_TEXTURES, RAY_QUERY, SHADOW_CONES,
-    SHADOW_MAPS, SURFEL_CONES, UnknownVariant, VOLUME_BUFFERS, Variant,
+    BASIS_SH2_BYTES, BASIS_SH2_FLOAT, BASIS_SH4, Choice, NET_PROBES, NO_TEXTURES, RAY_QUERY,
+    SHADOW_CONES, SHADOW_MAPS, SURFEL_CONES, UnknownVariant, VOLUME_BUFFERS, Variant,
 };
 pub use budget::{Budget, Resources};
 #[cfg(not(without_compose))]

@@ -79,6 +79,27 @@ fn sh2_basis(direction: vec3<f32>) -> array<f32, 9> {
     );
 }
 
+/// The 9 functions of band 4 at a unit direction.
+fn sh_band_four(direction: vec3<f32>) -> array<f32, 9> {
+    let x = direction.x;
+    let y = direction.y;
+    let z = direction.z;
+    let flat = x * x - y * y;
+    let near = 7.0 * z * z - 1.0;
+    let far = 7.0 * z * z - 3.0;
+    return array<f32, 9>(
+        2.50334294179670 * x * y * flat,
+        1.77013076977993 * y * z * (3.0 * x * x - y * y),
+        0.946174695757560 * x * y * near,
+        0.669046543557289 * y * z * far,
+        0.105785546915204 * (z * z * (35.0 * z * z - 30.0) + 3.0),
+        0.669046543557289 * x * z * far,
+        0.473087347878780 * flat * near,
+        1.77013076977993 * x * z * (x * x - 3.0 * y * y),
+        0.625835735449176 * (flat * flat - 4.0 * x * x * y * y),
+    );
+}
+
 /// All 64 functions of bands 0 to 7 at a unit direction.
 ///
 /// By the recurrence of fully normalised Legendre functions, whose factor sinᵐθ is combined with

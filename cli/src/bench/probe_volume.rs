@@ -52,6 +52,7 @@ pub fn measure(
         ("ambient-cube, distances", of_basis(ProbeBasis::AmbientCube)),
         ("chroma-sh1, distances", of_basis(ProbeBasis::ChromaSh1)),
         ("chroma-constant, distances", of_basis(ProbeBasis::ChromaConstant)),
+        ("sh4, distances", of_basis(ProbeBasis::Sh4)),
     ];
     let n_bases = configurations.len();
     for (name, factor) in [("half the cells", 2), ("a quarter of the cells", 4)] {

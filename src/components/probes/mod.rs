@@ -220,6 +220,9 @@ impl Probes {
             #[cfg(not(feature = "nets"))]
             BakedLayout::Net { .. } => return Err(VoxelError::NoNet),
         };
+        if settings.basis == ProbeBasis::Sh4 {
+            return Err(VoxelError::NoBand);
+        }
         let mut made = Self::with_layout(gpu, scene, settings, layout)?;
         made.places_are_baked = true;
         let distances: Vec<_> = bake.probes.iter().map(|probe| probe.distances).collect();
@@ -241,6 +244,9 @@ impl Probes {
         most_bytes: u64,
     ) -> Result<Self, VoxelError> {
         let settings = file.head().settings.with_look_up(&settings);
+        if settings.basis == ProbeBasis::Sh4 {
+            return Err(VoxelError::NoBand);
+        }
         let fixed = Lattice::fixed_bytes(&file.lattice(1));
         let of_probe = bytes_of_probe(settings.basis) + GATHERED_BYTES;
         let room = (most_bytes.saturating_sub(fixed) / of_probe).min(file.n_probes().max(1).into());
@@ -330,6 +336,7 @@ impl Probes {
         let copied = wgpu::BufferUsages::COPY_DST;
         let storage = |what, bytes| storage_buffer(gpu, what, bytes, copied, ADVICE);
         let capacity = u64::from(layout.capacity());
+        let gathered_bytes = GATHERED_BYTES * u64::from(settings.basis.n_parts());
         let field = settings.field(layout.grid());
         let usage = wgpu::BufferUsages::UNIFORM | copied;
         let uniform = buffer(gpu, "probes", size_of::<ProbesUniform>() as u64, usage);
@@ -352,7 +359,7 @@ impl Probes {
             blend: ComputeKernel::new(gpu, &Shaders::default(), None, "probes/blend"),
             pack: ComputeKernel::new(gpu, &of_light, None, "probes/pack"),
             uniform,
-            gathered: storage("gathered light of probes", GATHERED_BYTES * capacity)?,
+            gathered: storage("gathered light of probes", gathered_bytes * capacity)?,
             light: storage("light of probes", 4 * u64::from(settings.basis.words()) * capacity)?,
             distances: storage(
                 "distances of probes",
@@ -405,21 +412,28 @@ impl Probes {
             return Ok(());
         }
         recorder.encoder().clear_buffer(&self.faults, N_ACTIVE_OFFSET, Some(4));
-        let info = GatherInfo {
-            first_path: self.n_paths,
-            n_bounces: self.settings.n_bounces - 1,
-            seed: self.settings.seed,
-            noise: self.settings.noise,
-        };
-        self.gather
-            .call(&mut recorder.compute(self.gather.name()))
-            .scene(scene.group())
-            .uniform("info", &info)
-            .bind("counts", self.layout.counts())
-            .bind("gathered", &self.gathered)
-            .bind("faults", &self.faults)
-            .with(self.layout.places())
-            .dispatch(Dispatch::Indirect(self.layout.counts(), RECORD_GROUPS_OFFSET));
+        for part in 0..self.settings.basis.n_parts() {
+            let info = GatherInfo {
+                first_path: self.n_paths,
+                n_bounces: self.settings.n_bounces - 1,
+                seed: self.settings.seed,
+                // (Only the first one knows when to stop.)
+                noise: if part == 0 { self.settings.noise } else { 0.0 },
+                part,
+                first: part * COEFFICIENTS * self.layout.capacity(),
+                reserved_a: 0,
+                reserved_b: 0,
+            };
+            self.gather
+                .call(&mut recorder.compute(self.gather.name()))
+                .scene(scene.group())
+                .uniform("info", &info)
+                .bind("counts", self.layout.counts())
+                .bind("gathered", &self.gathered)
+                .bind("faults", &self.faults)
+                .with(self.layout.places())
+                .dispatch(Dispatch::Indirect(self.layout.counts(), RECORD_GROUPS_OFFSET));
+        }
         self.n_paths += PATHS_PER_UPDATE;
         self.pack(recorder);
         Ok(())
@@ -451,7 +465,7 @@ impl Probes {
 
     /// Packs what was gathered, for look-ups.
     fn pack(&self, recorder: &mut Recorder) {
-        let info = PackInfo { window: self.settings.window_factors(), reserved: 0 };
+        let info = PackInfo { window: self.settings.window_factors() };
         self.pack
             .call(&mut recorder.compute(self.pack.name()))
             .uniform("info", &info)
@@ -534,7 +548,8 @@ impl Probes {
         &self.light
     }
 
-    /// [`COEFFICIENTS`] `vec4<f32>` for each probe: rgb: coefficient of the radiance \[W·sr⁻¹·m⁻²\], reflected at least once.
+    /// [`COEFFICIENTS`] `vec4<f32>` for each probe: rgb: coefficient of the radiance \[W·sr⁻¹·m⁻²\], reflected at least once. After all of them, with
+    /// [`ProbeBasis::Sh4`], those of band 4.
     pub fn gathered(&self) -> &wgpu::Buffer {
         &self.gathered
     }
@@ -568,7 +583,7 @@ impl Probes {
             Stat::known(
                 "room for probes",
                 "bytes",
-                (self.probe_bytes() + GATHERED_BYTES) * u64::from(self.layout.capacity()),
+                self.probe_bytes() * u64::from(self.layout.capacity()) + self.gathered.size(),
             ),
             self.count_of_probes(),
             Stat::counted("probes without room", "probes", probes, 4).fault(ADVICE),

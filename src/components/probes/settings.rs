@@ -6,10 +6,10 @@ use crate::components::voxels::VoxelGrid;
 use crate::settings;
 use crate::shader::{
     BASIS_AMBIENT_CUBE, BASIS_CHROMA_CONSTANT, BASIS_CHROMA_SH1, BASIS_SH1, BASIS_SH2_BYTES,
-    BASIS_SH2_FLOAT, Variant,
+    BASIS_SH2_FLOAT, BASIS_SH4, Variant,
 };
 use bytemuck::Zeroable;
-use glam::Vec3;
+use glam::Vec4;
 
 /// How a surface point finds out which of the probes around it see it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,11 +42,14 @@ pub enum ProbeBasis {
     ChromaSh1,
     /// Luma of order 2 and the means of two differences of colour, as halfs.
     ChromaConstant,
+    /// Spherical harmonics of order 4 as halfs, without band 3, which adds nothing to irradiance. Paths are followed twice; bakes do not
+    /// keep it.
+    Sh4,
 }
 
 impl ProbeBasis {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Sh2,
         Self::Sh2Float,
         Self::Sh2Bytes,
@@ -54,6 +57,7 @@ impl ProbeBasis {
         Self::AmbientCube,
         Self::ChromaSh1,
         Self::ChromaConstant,
+        Self::Sh4,
     ];
 
     /// 4-byte words of a probe's light: `WORDS` of its module.
@@ -66,6 +70,7 @@ impl ProbeBasis {
             Self::AmbientCube => 10,
             Self::ChromaSh1 => 9,
             Self::ChromaConstant => 6,
+            Self::Sh4 => 28,
         }
     }
 
@@ -79,7 +84,13 @@ impl ProbeBasis {
             Self::AmbientCube => variant.with(BASIS_AMBIENT_CUBE),
             Self::ChromaSh1 => variant.with(BASIS_CHROMA_SH1),
             Self::ChromaConstant => variant.with(BASIS_CHROMA_CONSTANT),
+            Self::Sh4 => variant.with(BASIS_SH4),
         }
+    }
+
+    /// How often paths are followed: nine coefficients each time.
+    pub(super) fn n_parts(self) -> u32 {
+        if self == Self::Sh4 { 2 } else { 1 }
     }
 }
 
@@ -168,10 +179,10 @@ impl ProbeSettings {
         })
     }
 
-    /// Factors of the bands 0 to 2.
-    pub(super) fn window_factors(&self) -> Vec3 {
+    /// Factors of the bands 0, 1, 2 and 4.
+    pub(super) fn window_factors(&self) -> Vec4 {
         // 1/(1 + λ l²(l + 1)²)
         let factor = |l: f32| 1.0 / (1.0 + self.window * (l * (l + 1.0)).powi(2));
-        Vec3::new(1.0, factor(1.0), factor(2.0))
+        Vec4::new(1.0, factor(1.0), factor(2.0), factor(4.0))
     }
 }

@@ -89,6 +89,11 @@ pub enum VoxelError {
         /// What a brick of probes needs, and the lattice.
         least: u64,
     },
+    /// Bakes have no band 4.
+    #[error(
+        "bakes keep spherical harmonics of order 2: the basis sh4 is only for probes that gather their light"
+    )]
+    NoBand,
     /// Neither bakes nor nets have masks.
     #[error("neither bakes nor nets have masks of what probes see: use distances")]
     NoMasks,

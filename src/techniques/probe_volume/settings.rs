@@ -30,6 +30,10 @@ const BASIS: &[SettingChoice] = &[
     SettingChoice::new("ambient-cube", "irradiance along six axes as halfs, 40 bytes"),
     SettingChoice::new("chroma-sh1", "luma of order 2, hues of order 1, as halfs, 36 bytes"),
     SettingChoice::new("chroma-constant", "luma of order 2, mean hues, as halfs, 24 bytes"),
+    SettingChoice::new(
+        "sh4",
+        "spherical harmonics of order 4 as halfs, 112 bytes (not for bakes; paths are followed twice)",
+    ),
 ];
 
 impl Settings for ProbeVolumeSettings {

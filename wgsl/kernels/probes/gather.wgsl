@@ -2,7 +2,8 @@
 //! Adds to what probes know of the light around them: paths from each, in directions of an Owen-scrambled Sobol sequence.
 //!
 //! The radiance that arrives at the probe and was reflected at least once is projected onto SH of order 2; emission is not part of it,
-//! because surfaces find lights themselves. The coefficients are the mean over all paths so far.
+//! because surfaces find lights themselves. The coefficients are the mean over all paths so far. For order 4, the same paths are followed once
+//! more, for band 4 (band 3 adds nothing to irradiance).
 //! A probe that is known well enough stops.
 //!
 //! Dispatch: indirect, one workgroup a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 9364 bytes. A
@@ -20,7 +21,7 @@
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::pcg::pcg
 #import lucerna::sampling::sphere::sample_uniform_sphere
-#import lucerna::sh::basis::sh2_basis
+#import lucerna::sh::basis::{sh2_basis, sh_band_four}
 #import lucerna::sh::project::sh_uniform_weight
 
 /// Paths of a probe in one dispatch: one an invocation.
@@ -34,6 +35,12 @@ struct GatherInfo {
     seed: u32,
     /// A probe stops once its light is known to this share (`gathered::is_known`); 0: never.
     noise: f32,
+    /// 0: bands 0 to 2; 1: band 4.
+    part: u32,
+    /// Where the first probe's coefficients are, in `gathered`.
+    first: u32,
+    reserved_a: u32,
+    reserved_b: u32,
 }
 
 struct ProbeFaults {
@@ -92,7 +99,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if probe >= counts.x {
         return;
     }
-    let base = probe * COEFFICIENTS;
+    let base = info.first + probe * COEFFICIENTS;
     let is_first = info.first_path == 0u;
     if local == 0u {
         has_stopped = u32(!is_first && gathered[base + 3u].a != 0.0);
@@ -105,6 +112,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let direction = sample_uniform_sphere(sobol_owen(path_ix, pcg(place_seed(probe) ^ pcg(info.seed))));
     var own = light_along(probe, direction, path_ix) * sh_uniform_weight(WORKGROUP);
     var y = sh2_basis(direction);
+    if info.part != 0u {
+        y = sh_band_four(direction);
+    }
     for (var k = 0u; k < COEFFICIENTS; k++) {
         sums[local][k] = own * y[k];
     }
@@ -139,7 +149,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if local < COEFFICIENTS {
         gathered[base + local] = next[local];
     }
-    if local == 0u {
+    if local == 0u && info.part == 0u {
         atomicAdd(&faults.n_active, 1u);
     }
 }

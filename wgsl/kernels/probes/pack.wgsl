@@ -6,18 +6,16 @@
 //!
 //! Dispatch: indirect, one invocation a probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: none.
 
+#import lucerna::components::probes::bands::{KEPT_COEFFICIENTS, band_factor, place_of_coefficient}
 #import lucerna::components::probes::basis::{WORDS, pack_light}
-#import lucerna::components::probes::gathered::COEFFICIENTS
-#import lucerna::fields::probe_places::{PLACES_BESIDE, place_beside, place_is_blocked}
+#import lucerna::fields::probe_places::{PLACES_BESIDE, place_beside, place_capacity, place_is_blocked}
 #import lucerna::math::dispatch::group_of_dispatch
-#import lucerna::sh::window::sh2_window
 
 const WORKGROUP: u32 = 64u;
 
 struct PackInfo {
-    /// Factors of the bands 0 to 2 (`lucerna::sh::window`).
-    window: vec3<f32>,
-    reserved: u32,
+    /// Factors of the bands 0, 1, 2 and 4 (`lucerna::sh::window`).
+    window: vec4<f32>,
 }
 
 @group(1) @binding(0) var<uniform> info: PackInfo;
@@ -29,9 +27,9 @@ struct PackInfo {
 @group(1) @binding(3) var<storage, read_write> light: array<u32>;
 
 /// Adds `weight` times what was gathered for a probe.
-fn add(sum: ptr<function, array<vec3<f32>, COEFFICIENTS>>, probe: u32, weight: f32) {
-    for (var k = 0u; k < COEFFICIENTS; k++) {
-        (*sum)[k] += weight * gathered[probe * COEFFICIENTS + k].rgb;
+fn add(sum: ptr<function, array<vec3<f32>, KEPT_COEFFICIENTS>>, probe: u32, weight: f32) {
+    for (var k = 0u; k < KEPT_COEFFICIENTS; k++) {
+        (*sum)[k] += weight * gathered[place_of_coefficient(probe, k, place_capacity())].rgb;
     }
 }
 
@@ -41,7 +39,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if probe >= counts.x {
         return;
     }
-    var sum: array<vec3<f32>, COEFFICIENTS>;
+    var sum: array<vec3<f32>, KEPT_COEFFICIENTS>;
     var total = 0.0;
     if place_is_blocked(probe) {
         for (var ix = 0u; ix < PLACES_BESIDE; ix++) {
@@ -56,10 +54,10 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         add(&sum, probe, 1.0);
         total = 1.0;
     }
-    for (var k = 0u; k < COEFFICIENTS; k++) {
-        sum[k] /= total;
+    for (var k = 0u; k < KEPT_COEFFICIENTS; k++) {
+        sum[k] *= band_factor(k, info.window) / total;
     }
-    var words = pack_light(sh2_window(sum, info.window));
+    var words = pack_light(sum);
     for (var k = 0u; k < WORDS; k++) {
         light[probe * WORDS + k] = words[k];
     }
