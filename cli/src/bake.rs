@@ -14,13 +14,14 @@ use lucerna::blocking::{read_probes, read_stat, wait};
 use lucerna::components::probes::{BakeError, BakedLayout, ProbeBake, ProbeSettings, Probes};
 use lucerna::gpu::{Gpu, Recorder};
 use lucerna::gpu_scene::GpuScene;
+use lucerna::gpu_scene::RaySource;
 use lucerna::picture::write_whole_file;
-use lucerna::scene::SceneFingerprint;
+use lucerna::scene::{N_SKY_PARTS, Scene, SceneFingerprint, Sky, sky_part};
 use lucerna::techniques::probe_volume::ProbeVolumeSettings;
 use lucerna::techniques::{Settings, TECHNIQUES};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// `lucerna bake`.
@@ -40,6 +41,10 @@ pub struct BakeArguments {
     /// Keep the places and distances of FILE, and gather its light anew.
     #[arg(long)]
     relight: bool,
+    /// Bake the light of the sky apart, so that it can change afterwards: FILE is without the sky, and FILE.sky0 to FILE.sky8 are each of a part of it
+    /// (for `render --bake-sky`). Takes ten times as long.
+    #[arg(long, conflicts_with = "json")]
+    sky_parts: bool,
     /// Begin anew, even if FILE or FILE.part could go on.
     #[arg(long, conflicts_with = "relight")]
     fresh: bool,
@@ -76,11 +81,44 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
     texts.push(("seed", &seed));
     let settings = ProbeVolumeSettings::from_texts(&texts)?.0;
 
-    let scene = arguments.scene.load()?;
+    let mut scene = arguments.scene.load()?;
     let (gpu, info, rays) = arguments.adapter.open()?;
-    let gpu_scene = upload(&gpu, &scene, arguments.scene.diffuse, rays)?;
-    let fingerprint = SceneFingerprint::of(&scene, arguments.scene.diffuse, &|_| false);
-    let net = arguments.net.make(&gpu, &gpu_scene, &texts)?;
+    let interrupted = interrupt_flag()?;
+    let opened = (&gpu, &info, rays, &*interrupted);
+    if !arguments.sky_parts {
+        return bake_file(arguments, (settings, &texts), opened, &scene, output);
+    }
+    scene.sky = Sky::Constant(Vec3::ZERO);
+    bake_file(arguments, (settings, &texts), opened, &scene, output)?;
+    // (Lights that are not the sky are in the first file.)
+    scene.lights.clear();
+    scene.materials.iter_mut().for_each(|material| material.emission = Vec3::ZERO);
+    for ix in 0..N_SKY_PARTS {
+        scene.sky = sky_part(ix);
+        errln!("part {ix} of the sky");
+        bake_file(arguments, (settings, &texts), opened, &scene, &sky_file(output, ix))?;
+    }
+    Ok(())
+}
+
+/// The file of a part of the sky beside a bake.
+pub fn sky_file(bake: &Path, ix: usize) -> PathBuf {
+    let mut name = bake.as_os_str().to_owned();
+    name.push(format!(".sky{ix}"));
+    name.into()
+}
+
+/// Bakes one file.
+fn bake_file(
+    arguments: &BakeArguments,
+    (settings, texts): (ProbeSettings, &[(&str, &str)]),
+    (gpu, info, rays, interrupted): (&Gpu, &wgpu::AdapterInfo, RaySource, &AtomicBool),
+    scene: &Scene,
+    output: &Path,
+) -> CommandResult {
+    let gpu_scene = upload(gpu, scene, arguments.scene.diffuse, rays)?;
+    let fingerprint = SceneFingerprint::of(scene, arguments.scene.diffuse, &|_| false);
+    let net = arguments.net.make(gpu, &gpu_scene, texts)?;
     let points = net.as_ref().map(|net| net.points());
     let part = part_of(output);
     let start = match arguments.relight {
@@ -90,11 +128,11 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
     };
     let mut probes = match &start {
         Start::Nothing => match net {
-            Some(net) => Probes::on_net(&gpu, &gpu_scene, settings, net)?,
-            None => Probes::new(&gpu, &gpu_scene, settings)?,
+            Some(net) => Probes::on_net(gpu, &gpu_scene, settings, net)?,
+            None => Probes::new(gpu, &gpu_scene, settings)?,
         },
-        Start::Places(bake) => Probes::placed_as(&gpu, &gpu_scene, settings, bake, false)?,
-        Start::Light(bake) => Probes::placed_as(&gpu, &gpu_scene, settings, bake, true)?,
+        Start::Places(bake) => Probes::placed_as(gpu, &gpu_scene, settings, bake, false)?,
+        Start::Light(bake) => Probes::placed_as(gpu, &gpu_scene, settings, bake, true)?,
     };
     for notice in probes.notices() {
         errln!("{}", notice.text);
@@ -103,7 +141,6 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
         errln!("compiling the kernels (takes some seconds; the driver caches them for next time)");
     }
 
-    let interrupted = interrupt_flag()?;
     let mut meter = Meter::new("baking");
     let started = Instant::now();
     let n_before = match &start {
@@ -115,7 +152,7 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
     while probes.n_paths() < settings.n_paths && n_active > 0 {
         if interrupted.load(Ordering::Relaxed) {
             meter.finish();
-            read_probes(&gpu, &probes, fingerprint)?.write(&part)?;
+            read_probes(gpu, &probes, fingerprint)?.write(&part)?;
             return Err(format!(
                 "stopped after {} of {} paths a probe; {} keeps them, and the same command goes on",
                 probes.n_paths(),
@@ -124,17 +161,17 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
             )
             .into());
         }
-        n_active = update(&gpu, &gpu_scene, &mut probes)?;
+        n_active = update(gpu, &gpu_scene, &mut probes)?;
         meter.show(probes.n_paths().into(), settings.n_paths.into());
         if saved.elapsed() >= SAVE_INTERVAL {
-            read_probes(&gpu, &probes, fingerprint)?.write(&part)?;
+            read_probes(gpu, &probes, fingerprint)?.write(&part)?;
             saved = Instant::now();
         }
     }
     meter.finish();
     let stats = probes.stats().into_iter().filter(|stat| stat.name != "still to follow");
-    warn_of_faults(&gpu, stats)?;
-    let bake = read_probes(&gpu, &probes, fingerprint)?;
+    warn_of_faults(gpu, stats)?;
+    let bake = read_probes(gpu, &probes, fingerprint)?;
     bake.write(output).map_err(|error| format!("cannot write {}: {error}", output.display()))?;
     if let Some(json) = &arguments.json {
         write_whole_file(json, |to| -> std::io::Result<()> { writeln!(to, "{}", bake.to_json()) })

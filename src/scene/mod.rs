@@ -26,6 +26,7 @@ mod rebase;
 #[cfg(any(feature = "gltf", feature = "obj"))]
 #[cfg_attr(not(all(feature = "gltf", feature = "obj")), allow(dead_code))]
 mod resource;
+mod sky_parts;
 mod validate;
 
 use glam::{Affine2, Affine3A, DVec3, Mat4, Vec2, Vec3, Vec4};
@@ -38,8 +39,9 @@ pub use self::error::{
 pub use self::fingerprint::SceneFingerprint;
 pub use self::limits::LoadLimits;
 pub use self::load::Loaded;
-pub use self::validate::InvalidScene;
 #[cfg(feature = "gpu")]
+pub use self::sky_parts::{N_SKY_PARTS, sky_part, sky_part_weights};
+pub use self::validate::InvalidScene;
 pub(crate) use self::validate::check_sky;
 
 /// The largest coordinate of a loaded scene \[m\], in object and in world space. Up to this, squares of cross products

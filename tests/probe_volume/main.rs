@@ -12,6 +12,7 @@ mod rooms;
 #[allow(dead_code)]
 #[path = "../voxel_rt/session.rs"]
 mod session;
+mod sky;
 mod stream;
 #[allow(dead_code)]
 #[path = "../reference/support.rs"]

@@ -16,7 +16,7 @@ use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettin
 use lucerna::frame::{DirectSettings, FramePasses, ViewSettings};
 use lucerna::gpu::Gpu;
 use lucerna::gpu_scene::GpuScene;
-use lucerna::scene::{Scene, SceneFingerprint};
+use lucerna::scene::{N_SKY_PARTS, Scene, SceneFingerprint, Sky, sky_part_weights};
 use lucerna::settings;
 use lucerna::techniques::probe_volume::{ProbeVolume, ProbeVolumeSettings};
 use lucerna::techniques::{Settings, TechniqueEntry};
@@ -51,6 +51,9 @@ pub struct RealtimeArguments {
     /// of its light (only `probe-volume`).
     #[arg(long, value_name = "FILE[=WEIGHT]", value_parser = parse_bake)]
     bake: Vec<BakeChoice>,
+    /// With one `--bake` that was made with `--sky-parts`: add the light of this scene's sky, whatever it is now.
+    #[arg(long, requires = "bake", conflicts_with = "bake_memory")]
+    bake_sky: bool,
     /// With one `--bake`: load only the probes nearest to the camera, as many as this many megabytes of GPU memory have room for.
     #[arg(long, value_name = "MB", requires = "bake", value_parser = clap::value_parser!(u32).range(1..=1 << 16))]
     bake_memory: Option<u32>,
@@ -142,6 +145,48 @@ fn from_bakes(
     let mut made = ProbeVolume::from_bakes(gpu, gpu_scene, settings, &read)?;
     let weights: Vec<_> = bakes.iter().map(|choice| choice.weight).collect();
     made.probes_mut().set_weights(&weights);
+    Ok(made)
+}
+
+/// The technique with baked light, and that of the scene's sky by its parts.
+fn with_sky(
+    gpu: &Gpu,
+    gpu_scene: &GpuScene,
+    (scene, diffuse_only): (&Scene, bool),
+    settings: &[(&str, &str)],
+    choice: &BakeChoice,
+) -> Result<ProbeVolume, Box<dyn std::error::Error>> {
+    let settings = ProbeVolumeSettings::from_texts(settings)?;
+    let mut dark = scene.clone();
+    dark.sky = Sky::Constant(glam::Vec3::ZERO);
+    let fingerprint = SceneFingerprint::of(&dark, diffuse_only, &|_| false);
+    let parts = (0..N_SKY_PARTS).map(|ix| crate::bake::sky_file(&choice.file, ix));
+    let mut read = Vec::new();
+    for (ix, file) in std::iter::once(choice.file.clone()).chain(parts).enumerate() {
+        if ix > 0 && !file.exists() {
+            let name = file.display();
+            return Err(format!("{name} is missing: bake with --sky-parts for --bake-sky").into());
+        }
+        let bake = crate::bake::read(&file)?;
+        let file = file.display();
+        let changes = bake.check(&fingerprint).map_err(|error| format!("{file}: {error}"))?;
+        // (The parts have no lights but the sky.)
+        for change in changes.iter().filter(|of| ix == 0 || !of.starts_with("lights")) {
+            errln!("warning: {file}: {change}");
+        }
+        read.push(bake);
+    }
+    let read: Vec<_> = read.iter().collect();
+    let mut made = ProbeVolume::from_bakes(gpu, gpu_scene, settings, &read)?;
+    let (weights, lost) = sky_part_weights(&scene.sky);
+    let own = glam::Vec3::splat(choice.weight);
+    made.probes_mut().set_colours(&[&[own], weights.as_slice()].concat());
+    if lost > 0.1 {
+        errln!(
+            "note: the sky has detail that its parts do not: {:.0} % of it (root mean square); reflected light is that of a smoother sky",
+            100.0 * lost
+        );
+    }
     Ok(made)
 }
 
@@ -252,6 +297,12 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
                 settings.iter().copied().filter(|(name, _)| !BAKED.contains(name)).collect();
             let of = (&scene, arguments.scene.diffuse);
             Box::new(match arguments.realtime.bake_memory {
+                None if arguments.realtime.bake_sky => {
+                    let [bake] = bakes else {
+                        return Err("--bake-sky takes one --bake".into());
+                    };
+                    with_sky(&gpu, &gpu_scene, of, &of_look_up, bake)?
+                }
                 None => from_bakes(&gpu, &gpu_scene, of, &of_look_up, bakes)?,
                 Some(megabytes) => {
                     let [bake] = bakes else {

@@ -38,6 +38,7 @@ use crate::gpu::{
 use crate::report::{Notice, Stat};
 use crate::seam::{Revisions, SceneSeam, check_shaders};
 use crate::shader::Variant;
+use glam::Vec3;
 use lattice::Lattice;
 use layout::Layout;
 
@@ -69,7 +70,7 @@ pub struct Probes {
     shaders: Shaders,
     layout: Layout,
     /// Gathered light that is blended, with its weights; empty: probes gather their own.
-    baked: Vec<(wgpu::Buffer, f32)>,
+    baked: Vec<(wgpu::Buffer, Vec3)>,
     /// Baked probes of which only a part is there.
     #[cfg(feature = "bake")]
     pool: Option<stream::Pool>,
@@ -156,7 +157,7 @@ impl Probes {
             let light = storage_buffer(gpu, "baked light of probes", bytes, copied, ADVICE)?;
             let gathered: Vec<_> = bake.probes.iter().map(|probe| probe.gathered).collect();
             gpu.queue.write_buffer(&light, 0, bytemuck::cast_slice(&gathered));
-            made.baked.push((light, if ix == 0 { 1.0 } else { 0.0 }));
+            made.baked.push((light, if ix == 0 { Vec3::ONE } else { Vec3::ZERO }));
         }
         made.n_paths = bakes.iter().map(|bake| bake.n_paths).min().unwrap_or(0);
         made.settings.n_paths = made.n_paths;
@@ -203,10 +204,8 @@ impl Probes {
                 let count = |is: fn(&BakedProbe) -> bool| {
                     bake.probes.iter().filter(|of| is(of)).count() as u32
                 };
-                let placed = [
-                    count(|probe| probe.moved() != glam::Vec3::ZERO),
-                    count(BakedProbe::is_inside),
-                ];
+                let placed =
+                    [count(|probe| probe.moved() != Vec3::ZERO), count(BakedProbe::is_inside)];
                 let structure = bake::structure_of(bake);
                 lattice.upload(gpu, &structure, bake.probes.len() as u32, placed);
                 Layout::Lattice(lattice)
@@ -278,7 +277,7 @@ impl Probes {
         &mut self,
         gpu: &Gpu,
         file: &mut ProbeFile,
-        place: glam::Vec3,
+        place: Vec3,
         most: u32,
     ) -> Result<Streamed, BakeError> {
         let Some(pool) = &mut self.pool else { panic!("these probes are not those of a file") };
@@ -314,8 +313,18 @@ impl Probes {
     /// If there are not as many weights as bakes.
     #[cfg(feature = "bake")]
     pub fn set_weights(&mut self, weights: &[f32]) {
-        assert_eq!(weights.len(), self.baked.len(), "weights of bakes");
-        for ((_, weight), new) in self.baked.iter_mut().zip(weights) {
+        self.set_colours(&weights.iter().copied().map(Vec3::splat).collect::<Vec<_>>());
+    }
+
+    /// As [`Self::set_weights`], for each colour: those of the lights, or of the parts of a sky
+    /// ([`sky_part_weights`](crate::scene::sky_part_weights)), which may be below 0.
+    ///
+    /// # Panics
+    /// If there are not as many colours as bakes.
+    #[cfg(feature = "bake")]
+    pub fn set_colours(&mut self, colours: &[Vec3]) {
+        assert_eq!(colours.len(), self.baked.len(), "weights of bakes");
+        for ((_, weight), new) in self.baked.iter_mut().zip(colours) {
             *weight = *new;
         }
         self.is_to_pack = true;
@@ -453,10 +462,17 @@ impl Probes {
     fn blend(&self, recorder: &mut Recorder) {
         let n = self.layout.capacity() * COEFFICIENTS;
         for (ix, (light, weight)) in self.baked.iter().enumerate() {
-            let keep = if ix == 0 { 0.0 } else { 1.0 };
+            let info = BlendInfo {
+                n,
+                keep: if ix == 0 { 0.0 } else { 1.0 },
+                reserved_a: 0,
+                reserved_b: 0,
+                weight: *weight,
+                reserved_c: 0,
+            };
             self.blend
                 .call(&mut recorder.compute(self.blend.name()))
-                .uniform("info", &BlendInfo { n, keep, weight: *weight, reserved: 0 })
+                .uniform("info", &info)
                 .bind("added", light)
                 .bind("gathered", &self.gathered)
                 .dispatch(Dispatch::Items(n));

@@ -12,9 +12,11 @@ struct BlendInfo {
     n: u32,
     /// Of what is there before: 0 for the first bake.
     keep: f32,
-    /// Of what is added.
-    weight: f32,
-    reserved: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    /// Of what is added, for each colour.
+    weight: vec3<f32>,
+    reserved_c: u32,
 }
 
 @group(1) @binding(0) var<uniform> info: BlendInfo;
