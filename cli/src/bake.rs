@@ -152,6 +152,11 @@ fn bake_file(
     while probes.n_paths() < settings.n_paths && n_active > 0 {
         if interrupted.load(Ordering::Relaxed) {
             meter.finish();
+            if probes.n_paths() == 0 {
+                return Err(
+                    "stopped before there were places for the probes; nothing is kept".into()
+                );
+            }
             read_probes(gpu, &probes, fingerprint)?.write(&part)?;
             return Err(format!(
                 "stopped after {} of {} paths a probe; {} keeps them, and the same command goes on",
@@ -163,7 +168,7 @@ fn bake_file(
         }
         n_active = update(gpu, &gpu_scene, &mut probes)?;
         meter.show(probes.n_paths().into(), settings.n_paths.into());
-        if saved.elapsed() >= SAVE_INTERVAL {
+        if saved.elapsed() >= SAVE_INTERVAL && probes.n_paths() > 0 {
             read_probes(gpu, &probes, fingerprint)?.write(&part)?;
             saved = Instant::now();
         }
@@ -280,10 +285,11 @@ fn to_relight(
         }
     } else if !bake.is_placed_like(settings, net) {
         return Err(format!(
-            "{} cannot be relit: it has {} cells and relocation {}; give the same, or bake without --relight",
+            "{} cannot be relit: it has {} cells, relocation {} and refine {}; give the same, or bake without --relight",
             file.display(),
             bake.settings.cells,
-            if bake.settings.moves { "on" } else { "off" }
+            if bake.settings.moves { "on" } else { "off" },
+            bake.settings.refine
         )
         .into());
     }

@@ -12,7 +12,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 /// Settings that mean nothing to a net.
-const OF_LATTICES: [&str; 2] = ["cells", "relocation"];
+const OF_LATTICES: [&str; 3] = ["cells", "refine", "relocation"];
 
 /// A net instead of a lattice (only `probe-volume`).
 #[derive(Args, Clone, Debug)]

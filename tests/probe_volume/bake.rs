@@ -163,7 +163,7 @@ fn wrong_files_are_refused() {
     };
     says(b"", "not a file of baked probes");
     says(b"glTF and more", "not a file of baked probes");
-    for n in [8, 9, 15, 16, 60, 91, 92, 500, bytes.len() - 9, bytes.len() - 1] {
+    for n in [8, 9, 15, 16, 60, 95, 96, 500, bytes.len() - 9, bytes.len() - 1] {
         says(&bytes[..n], "truncated");
     }
     let mut longer = bytes.clone();
@@ -194,8 +194,8 @@ fn wrong_files_are_refused() {
         sealed(changed)
     };
     for (at, word, part) in [
-        (92, 1, "index"),
-        (100, 1, "index"),
+        (96, 1, "index"),
+        (104, 1, "index"),
         (12, u32::MAX, "truncated"),
         (16, 1, "lattice"),
         (16, 300, "lattice"),
@@ -204,6 +204,7 @@ fn wrong_files_are_refused() {
         (32, f32::INFINITY.to_bits(), "cells of"),
         (52, 0, "bounces"),
         (64, f32::NAN.to_bits(), "noise"),
+        (68, 2f32.to_bits(), "refine"),
         (first, u32::MAX, "corner"),
         (first + 408, 0, "out of order"),
         (first + 8, f32::NAN.to_bits(), "light of probe 0"),

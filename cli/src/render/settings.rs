@@ -17,7 +17,7 @@ pub struct SettingArguments<const OF_BAKES: bool = false> {
 pub const BAKES: &str = "probe-volume";
 
 /// Its settings that are fixed when it has baked; the others are chosen when light is looked up.
-pub const BAKED: [&str; 6] = ["cells", "paths", "bounces", "noise", "relocation", "seed"];
+pub const BAKED: [&str; 7] = ["cells", "paths", "bounces", "noise", "refine", "relocation", "seed"];
 
 /// Flags of `render` itself: all techniques have them.
 const SHARED: [&str; 2] = ["bounces", "seed"];

@@ -98,3 +98,94 @@ fn bakes_are_used_where_they_fit() {
     render("probe-volume", &["--bake", &half]).exits(0);
     bake(Path::new("no/such/folder.probes"), &[]).exits(1).says(&["there is no folder"]);
 }
+
+/// Nets by rules and by a list, through `bake` and `render`, and what is wrong with them.
+#[test]
+fn nets_are_made_and_baked() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = empty_folder("nets");
+    let scene = cornell();
+    let [file, json, again, png] =
+        ["net.probes", "net.json", "again.probes", "net.png"].map(|name| folder.join(name));
+    let bake = |output: &Path, more: &[&str]| {
+        let fixed = ["bake", &scene, "--paths", "64", "-o", path(output)];
+        run(&[&fixed, more].concat())
+    };
+    let ground = ["--net", "ground", "--net-height", "1", "--net-probes", "60"];
+    bake(&file, &[&ground[..], &["--json", path(&json)]].concat()).exits(0).says(&[
+        "points of the net:",
+        "60 probes in a net",
+        "60 probes, 64 paths each",
+    ]);
+    // What a bake has written is a list of points: the same net, which is not begun anew.
+    let listed = ["--net", path(&json), "--no-net-fillers"];
+    bake(&again, &listed).exits(0).says(&["60 probes in a net"]);
+    let [a, b] = [&file, &again].map(|file| std::fs::read(file).unwrap());
+    assert!(a == b, "the same points make another bake");
+    bake(&file, &listed).exits(0).says(&["goes on", "0 new ones"]);
+    bake(&file, &[&listed[..], &["--relight"]].concat()).exits(0);
+    bake(&file, &["--relight"]).exits(1).says(&["cannot be relit", "--net"]);
+    let points = folder.join("points.json");
+    for (text, part) in [
+        ("[[1, 2, 3], [1, 2]]", "point 1 is [1,2], expected [x, y, z]"),
+        ("{\"a\": 1}", "expected a list of points"),
+        ("[[1, 2", "points.json"),
+        ("[]", "the net has no probes"),
+    ] {
+        std::fs::write(&points, text).unwrap();
+        bake(&again, &["--net", path(&points), "--fresh"]).exits(1).says(&[part]);
+    }
+    bake(&file, &["--net", "walls"]).exits(2).says(&["surfaces, ground, or a file"]);
+    bake(&file, &["--net-spacing", "1"]).exits(2);
+    bake(&file, &["--net", "ground", "--cells", "8"]).exits(1).says(&["means nothing to a net"]);
+    bake(&file, &["--net", "surfaces", "--net-spacing", "0.001"])
+        .exits(1)
+        .says(&["use a spacing of"]);
+    let render = |technique: &str, more: &[&str]| {
+        let fixed = ["render", &scene, "--size", "32x32", "--frames", "1", "--warm-up", "1"];
+        let rest = ["--technique", technique, "-o", path(&png)];
+        run(&[&fixed, &rest[..], more].concat())
+    };
+    render("probe-volume", &["--net", "surfaces", "--net-spacing", "1"])
+        .exits(0)
+        .says(&["tetrahedra"]);
+    render("probe-volume", &["--bake", path(&file)]).exits(0).says(&["60 probes in a net"]);
+    render("probe-volume", &["--bake", path(&file), "--net", "ground"])
+        .exits(1)
+        .says(&["--net means nothing with --bake"]);
+    render("voxel-rt", &["--net", "ground"]).exits(1).says(&["means nothing to the technique"]);
+    render("probe-volume", &["--net", "ground", "--visibility", "masks"]).exits(1).says(&["masks"]);
+    render("probe-volume", &["--bake", path(&file), "--bake-memory", "10"])
+        .exits(1)
+        .says(&["only a lattice can be read in parts"]);
+}
+
+/// A part of a bake in little memory, and a sky that changes.
+#[test]
+fn parts_and_skies_of_bakes() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = empty_folder("bake_parts");
+    let scene = cornell();
+    let [file, png] = ["sky.probes", "sky.png"].map(|name| folder.join(name));
+    let render = |more: &[&str]| {
+        let fixed = ["render", &scene, "--size", "32x32", "--frames", "1"];
+        let rest = ["--technique", "probe-volume", "-o", path(&png), "--bake", path(&file)];
+        run(&[&fixed, &rest[..], more].concat())
+    };
+    bake(&file, &["--paths", "64"]).exits(0);
+    render(&["--bake-sky"]).exits(1).says(&["sky.probes.sky0 is missing: bake with --sky-parts"]);
+    render(&["--bake-memory", "100"]).exits(0);
+    render(&["--bake-memory", "1", "--bake-sky"]).exits(2);
+    let double = format!("{}=2", path(&file));
+    render(&["--bake", &double, "--bake-memory", "9"]).exits(1).says(&["takes one --bake"]);
+    bake(&file, &["--paths", "64", "--sky-parts"]).exits(0).says(&["part 8 of the sky"]);
+    assert!(folder.join("sky.probes.sky8").exists());
+    render(&["--bake-sky", "--sky", "0.5,0.6,0.9"]).exits(0);
+    let bright = std::fs::read(&png).unwrap();
+    render(&["--bake-sky"]).exits(0);
+    assert!(std::fs::read(&png).unwrap() != bright, "the sky shows");
+}

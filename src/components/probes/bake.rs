@@ -10,7 +10,7 @@
 //! | 4 | number of probes |
 //! | 12 | corners of the lattice along each axis; 0: probes are at the points of a net |
 //! | 4, 12 | edge of a cell \[m\], where corner (0, 0, 0) is \[m\], f32; 0 for a net |
-//! | 4, 4, 4, 4, 4, 4 | cells; paths; bounces; seed; 1 if probes move; noise (f32) |
+//! | 4, 4, 4, 4, 4, 4, 4 | cells; paths; bounces; seed; 1 if probes move; noise (f32); refine (f32) |
 //! | 24 | the scene's fingerprint: shape, pose, light |
 //! | 12 a brick of 4 × 4 × 2 corners, only of a lattice | which of its corners have probes, the first of them, and the low half of XXH3 of all of them |
 //! | 8 | XXH3 (64 bits) of everything before |
@@ -34,7 +34,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 8] = *b"LUCPROBE";
 const VERSION: u32 = 2;
-pub(super) const HEADER_BYTES: usize = 8 + 4 * 15 + 3 * 8;
+pub(super) const HEADER_BYTES: usize = 8 + 4 * 16 + 3 * 8;
 pub(super) const CHECKSUM_BYTES: usize = 8;
 const POINT_BYTES: usize = 12;
 /// Words of a brick in the index.
@@ -117,7 +117,7 @@ pub enum BakedLayout {
 pub struct ProbeBake {
     /// The scene that they were made for.
     pub scene: SceneFingerprint,
-    /// Those settings that matter for what is kept: cells, bounces, seed, moves, noise. The others are of the look-up, and can be
+    /// Those settings that matter for what is kept: cells, bounces, seed, moves, noise, refine. The others are of the look-up, and can be
     /// chosen anew.
     pub settings: ProbeSettings,
     /// Paths that each probe has followed, unless it stopped before.
@@ -211,6 +211,7 @@ impl ProbeBake {
             return net == Some(points);
         }
         net.is_none()
+            && self.settings.refine == settings.refine
             && self.settings.cells == settings.cells
             && self.settings.moves == settings.moves
     }
@@ -242,6 +243,7 @@ impl ProbeBake {
             of.seed,
             u32::from(of.moves),
             of.noise.to_bits(),
+            of.refine.to_bits(),
         ];
         for number in numbers.into_iter().chain(floats).chain(more) {
             out.extend(number.to_le_bytes());
@@ -413,6 +415,7 @@ impl Head {
                 seed,
                 moves,
                 noise,
+                refine,
             ],
         ) = words.first_chunk()
         else {
@@ -438,7 +441,7 @@ impl Head {
         };
         let long = |ix: usize| u64::from(words[ix]) | u64::from(words[ix + 1]) << 32;
         let bake = ProbeBake {
-            scene: SceneFingerprint { shape: long(15), pose: long(17), light: long(19) },
+            scene: SceneFingerprint { shape: long(16), pose: long(18), light: long(20) },
             settings: settings!(ProbeSettings {
                 cells,
                 n_paths,
@@ -446,14 +449,17 @@ impl Head {
                 seed,
                 moves: moves != 0,
                 noise: f32::from_bits(noise),
+                refine: f32::from_bits(refine),
             }),
             n_paths,
             layout,
             probes: Vec::new(),
         };
         let of = &bake.settings;
-        if of.n_bounces == 0 || !(0.0..=1.0).contains(&of.noise) {
-            return invalid(format!("{} bounces, noise {}", of.n_bounces, of.noise));
+        let is_share = |share: f32| (0.0..=1.0).contains(&share);
+        if of.n_bounces == 0 || !is_share(of.noise) || !is_share(of.refine) {
+            let (n, noise, refine) = (of.n_bounces, of.noise, of.refine);
+            return invalid(format!("{n} bounces, noise {noise}, refine {refine}"));
         }
         let is_net = size == UVec3::ZERO;
         let n_entries = if is_net { 0 } else { n_bricks(&lattice_of(&bake)) as usize };

@@ -3,6 +3,7 @@
 
 use super::masks::Masks;
 use super::{ADVICE, MAP_SIDE, ProbeSettings, ProbeVisibility};
+use crate::bindings::kernels::probes::mark::{MARK_BY_LIGHT, MARK_NONE, MarkInfo};
 use crate::bindings::kernels::probes::place::PlaceInfo;
 use crate::bindings::lucerna::components::probes::air::{MIDDLE_STRIDE, WIDE_STRIDE};
 use crate::components::voxels::{
@@ -23,6 +24,26 @@ const MAX_ROOM: u32 = (MAX_BINDING / (4 * (MAP_SIDE * MAP_SIDE) as u64)) as u32;
 /// Corners of cells of this stride in a lattice of this many corners along each axis.
 fn n_air(size: UVec3, stride: u32) -> u32 {
     ((size - 1 + (stride - 1)) / stride + 1).element_product()
+}
+
+/// Which cells that surfaces meet have corners of their own; the others have those of middle cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Marked {
+    All,
+    None,
+    /// Those where light is off by this share between the probes that are there.
+    ByLight(f32),
+}
+
+impl Marked {
+    fn info(self) -> MarkInfo {
+        let (which, most) = match self {
+            Self::All => (0, 0.0),
+            Self::None => (MARK_NONE, 0.0),
+            Self::ByLight(most) => (MARK_BY_LIGHT, most),
+        };
+        MarkInfo { which, most, reserved_a: 0, reserved_b: 0 }
+    }
 }
 
 /// The lattice, and the kernels that place probes on it.
@@ -136,8 +157,14 @@ impl Lattice {
         gpu.queue.write_buffer(&self.placed, 0, bytemuck::cast_slice(&placed));
     }
 
-    /// Finds the cells that surfaces meet, their corners, and where probes are best.
-    pub fn record(&self, recorder: &mut Recorder, scene: &dyn SceneSeam) -> Result<(), VoxelError> {
+    /// Finds the cells that surfaces meet, their corners, and where probes are best. `gathered`: what probes know, for [`Marked::ByLight`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &dyn SceneSeam,
+        marked: Marked,
+        gathered: &wgpu::Buffer,
+    ) -> Result<(), VoxelError> {
         // Without, the places are a bake's.
         let Some(voxelizer) = &self.voxelizer else { return Ok(()) };
         voxelizer.record(recorder, scene, Triangles::All)?;
@@ -154,6 +181,9 @@ impl Lattice {
             .bind("counts", voxelizer.counts())
             .bind("structure", voxelizer.structure())
             .bind("bits", &self.bits)
+            .uniform("info", &marked.info())
+            .bind("known", self.occupancy.structure())
+            .bind("gathered", gathered)
             .dispatch(Dispatch::Indirect(voxelizer.counts(), VOXEL_GROUPS_OFFSET));
         self.mark_air
             .call(pass)

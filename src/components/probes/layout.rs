@@ -2,9 +2,8 @@
 //! Where probes are: on a lattice, or at the points of a net.
 
 use super::lattice::Lattice;
-use crate::components::voxels::{VoxelError, VoxelGrid};
-use crate::gpu::{Bindings, Recorder};
-use crate::seam::SceneSeam;
+use crate::components::voxels::VoxelGrid;
+use crate::gpu::Bindings;
 use crate::shader::Variant;
 
 #[cfg(feature = "nets")]
@@ -38,16 +37,6 @@ impl Layout {
             Self::Lattice(_) => variant,
             #[cfg(feature = "nets")]
             Self::Net(_) => variant.with(NET_PROBES),
-        }
-    }
-
-    /// Brings places up to date with the scene's surfaces.
-    pub fn record(&self, recorder: &mut Recorder, scene: &dyn SceneSeam) -> Result<(), VoxelError> {
-        match self {
-            Self::Lattice(lattice) => lattice.record(recorder, scene),
-            // (A net's points stay.)
-            #[cfg(feature = "nets")]
-            Self::Net(_) => Ok(()),
         }
     }
 

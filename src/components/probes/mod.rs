@@ -39,7 +39,7 @@ use crate::report::{Notice, Stat};
 use crate::seam::{Revisions, SceneSeam, check_shaders};
 use crate::shader::Variant;
 use glam::Vec3;
-use lattice::Lattice;
+use lattice::{Lattice, Marked};
 use layout::Layout;
 
 pub use crate::bindings::kernels::probes::gather::WORKGROUP as PATHS_PER_UPDATE;
@@ -55,6 +55,8 @@ pub use stream::{ProbeFile, Streamed};
 const PLACE_BYTES: u64 = 4 * (MAP_SIDE * MAP_SIDE) as u64 + 8;
 /// Bytes of a probe that are needed while it gathers: nine of four f32.
 const GATHERED_BYTES: u64 = 16 * COEFFICIENTS as u64;
+/// Paths that tell which cells are to be divided, at most.
+const FIRST_PATHS: u32 = 256;
 const ADVICE: &str = "use fewer cells";
 /// Of the count of probes that followed paths in the last update, in the buffer of faults.
 const N_ACTIVE_OFFSET: u64 = 8;
@@ -76,6 +78,8 @@ pub struct Probes {
     pool: Option<stream::Pool>,
     /// Whether places and distances are those of a bake.
     places_are_baked: bool,
+    /// False while probes are only at corners of middle cells, to find out which cells are to be divided.
+    is_refined: bool,
     /// Whether the scene has changed since baked probes, or probes at a bake's places, were first used.
     is_outdated: bool,
     /// Whether what was gathered was not packed since: the weights of bakes have changed, or it is a bake's.
@@ -361,6 +365,7 @@ impl Probes {
             #[cfg(feature = "bake")]
             pool: None,
             places_are_baked: false,
+            is_refined: true,
             is_outdated: false,
             is_to_pack: false,
             distances_kernel: ComputeKernel::new(gpu, &at_places, group, "probes/distances"),
@@ -408,11 +413,18 @@ impl Probes {
         if before != Some(now) {
             let is_same = |of: fn(&Revisions) -> u64| before.as_ref().map(of) == Some(of(&now));
             if !(is_same(|r| r.geometry) && is_same(|r| r.moving)) {
-                self.place(recorder, scene)?;
+                let refines = self.refines();
+                self.place(recorder, scene, if refines { Marked::None } else { Marked::All })?;
+                self.is_refined = !refines;
                 self.is_outdated |= self.layout.stays() && before.is_some();
             }
             self.n_paths = 0;
             self.seen = Some(now);
+        }
+        if !self.is_refined && self.n_paths >= self.n_first_paths() {
+            self.place(recorder, scene, Marked::ByLight(self.settings.refine))?;
+            self.is_refined = true;
+            self.n_paths = 0;
         }
         if self.n_paths >= self.settings.n_paths {
             if std::mem::take(&mut self.is_to_pack) {
@@ -493,11 +505,19 @@ impl Probes {
     }
 
     /// Finds where probes are, and how far one sees from there.
-    fn place(&self, recorder: &mut Recorder, scene: &dyn SceneSeam) -> Result<(), VoxelError> {
+    fn place(
+        &self,
+        recorder: &mut Recorder,
+        scene: &dyn SceneSeam,
+        marked: Marked,
+    ) -> Result<(), VoxelError> {
         if self.places_are_baked {
             return Ok(());
         }
-        self.layout.record(recorder, scene)?;
+        // (A net's points stay.)
+        if let Some(lattice) = self.layout.lattice() {
+            lattice.record(recorder, scene, marked, &self.gathered)?;
+        }
         self.distances_kernel
             .call(&mut recorder.compute(self.distances_kernel.name()))
             .scene(scene.group())
@@ -585,15 +605,26 @@ impl Probes {
         bytes_of_probe(self.settings.basis)
     }
 
-    /// Paths that each probe has followed.
+    /// Paths that each probe has followed; those that only tell which cells are to be divided do not count.
     pub fn n_paths(&self) -> u32 {
-        self.n_paths
+        if self.is_refined { self.n_paths } else { 0 }
+    }
+
+    /// Whether cells are divided where light is not straight.
+    fn refines(&self) -> bool {
+        self.settings.refine > 0.0 && !self.layout.stays()
+    }
+
+    /// Paths that tell which cells are to be divided.
+    fn n_first_paths(&self) -> u32 {
+        FIRST_PATHS.min(self.settings.n_paths)
     }
 
     /// Statistics: probes, bytes, and what is wrong.
     pub fn stats(&self) -> Vec<Stat> {
         let probes = self.layout.counts();
-        let missing = u64::from(self.settings.n_paths.saturating_sub(self.n_paths));
+        let first = if self.is_refined { 0 } else { self.n_first_paths() };
+        let missing = u64::from((first + self.settings.n_paths).saturating_sub(self.n_paths));
         let mut stats = vec![
             Stat::known("of a probe", "bytes", self.probe_bytes()),
             Stat::known(

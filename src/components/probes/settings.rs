@@ -107,6 +107,9 @@ pub struct ProbeSettings {
     pub n_bounces: u32,
     /// A probe stops before, once the standard error of its mean light is at most this share of it, 0 to 1; 0: it never does.
     pub noise: f32,
+    /// Cells with surfaces are divided (their edges are as `cells` says; before, twice that) only where light between probes is off by more than
+    /// this share, 0 to 1; 0: all are.
+    pub refine: f32,
     /// How probes keep their light.
     pub basis: ProbeBasis,
     /// Whether probes move away from surfaces that are very near.
@@ -132,6 +135,7 @@ impl Default for ProbeSettings {
             n_paths: 256,
             n_bounces: 16,
             noise: 0.0,
+            refine: 0.0,
             basis: ProbeBasis::default(),
             moves: true,
             visibility: ProbeVisibility::default(),
@@ -156,6 +160,7 @@ impl ProbeSettings {
             n_paths: self.n_paths,
             n_bounces: self.n_bounces,
             noise: self.noise,
+            refine: self.refine,
             moves: self.moves,
             seed: self.seed,
             ..*of

@@ -62,6 +62,12 @@ impl Settings for ProbeVolumeSettings {
             SettingKind::number(0.0, 1.0),
             "Let a probe stop before, once its light is known to this share (standard error); 0: it never does",
         ),
+        Setting::new(
+            "refine",
+            "",
+            SettingKind::number(0.0, 1.0),
+            "Divide cells of twice the size only where light between probes is off by more than this share; 0: all",
+        ),
         Setting::new("basis", "", SettingKind::Choice(BASIS), "How probes keep their light"),
         Setting::new(
             "relocation",
@@ -105,9 +111,10 @@ impl Settings for ProbeVolumeSettings {
             1 => Integer(of.n_paths),
             2 => Integer(of.n_bounces),
             3 => Number(of.noise),
-            4 => Word(BASIS[ProbeBasis::ALL.iter().position(|b| *b == of.basis).unwrap_or(0)].name),
-            5 => Switch(of.moves),
-            6 => Word(
+            4 => Number(of.refine),
+            5 => Word(BASIS[ProbeBasis::ALL.iter().position(|b| *b == of.basis).unwrap_or(0)].name),
+            6 => Switch(of.moves),
+            7 => Word(
                 VISIBILITY[match of.visibility {
                     ProbeVisibility::None => 0,
                     ProbeVisibility::Distances => 1,
@@ -115,10 +122,10 @@ impl Settings for ProbeVolumeSettings {
                 }]
                 .name,
             ),
-            7 => Switch(of.wraps),
-            8 => Number(of.normal_bias),
-            9 => Number(of.bleeding),
-            10 => Number(of.window),
+            8 => Switch(of.wraps),
+            9 => Number(of.normal_bias),
+            10 => Number(of.bleeding),
+            11 => Number(of.window),
             _ => Integer(of.seed),
         }
     }
@@ -131,23 +138,24 @@ impl Settings for ProbeVolumeSettings {
             (1, Integer(n)) => of.n_paths = n,
             (2, Integer(n)) => of.n_bounces = n,
             (3, Number(share)) => of.noise = share,
-            (4, Word(name)) => {
+            (4, Number(share)) => of.refine = share,
+            (5, Word(name)) => {
                 let ix = BASIS.iter().position(|choice| choice.name == name);
                 of.basis = ix.map(|ix| ProbeBasis::ALL[ix]).unwrap_or_default();
             }
-            (5, Switch(is_on)) => of.moves = is_on,
-            (6, Word(name)) => {
+            (6, Switch(is_on)) => of.moves = is_on,
+            (7, Word(name)) => {
                 of.visibility = match name {
                     "none" => ProbeVisibility::None,
                     "masks" => ProbeVisibility::Masks,
                     _ => ProbeVisibility::Distances,
                 }
             }
-            (7, Switch(is_on)) => of.wraps = is_on,
-            (8, Number(cells)) => of.normal_bias = cells,
-            (9, Number(chance)) => of.bleeding = chance,
-            (10, Number(lambda)) => of.window = lambda,
-            (11, Integer(n)) => of.seed = n,
+            (8, Switch(is_on)) => of.wraps = is_on,
+            (9, Number(cells)) => of.normal_bias = cells,
+            (10, Number(chance)) => of.bleeding = chance,
+            (11, Number(lambda)) => of.window = lambda,
+            (12, Integer(n)) => of.seed = n,
             _ => {}
         }
     }
