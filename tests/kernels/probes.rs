@@ -495,8 +495,8 @@ fn the_same_scene_gives_the_same_probes() {
     assert_each("coefficients", &light, "finite", |c| c.iter().all(|x| x.is_finite()));
 }
 
-/// With `refine`, probes are first at the corners of the middle cells that have surfaces (and of wide cells); after 256 paths, cells where the second differences
-/// of what those probes know are above eight times that share of their light have their own corners, and the middle cells around them: as
+/// With `refine`, probes are first at the corners of the middle cells that have surfaces (and of wide cells); after 512 paths, cells where the second differences
+/// of what those probes know are above eight times that share of their light, and three standard deviations of what batches of paths differ by, have their own corners, and the middle cells around them: as
 /// found in f64 from what was gathered. Cells within 1 % of the limit may be either way.
 #[test]
 fn cells_are_divided_where_light_is_not_straight() {
@@ -522,19 +522,23 @@ fn cells_are_divided_where_light_is_not_straight() {
     let most = 0.1;
     let chosen = settings!(ProbeSettings { cells, n_paths: 320, refine: most });
     let mut probes = Probes::new(gpu(), &scene, chosen).unwrap();
-    for _ in 0..4 {
+    for _ in 0..8 {
         submit(|recorder| probes.update(recorder, &scene)).unwrap();
         assert_eq!(probes.n_paths(), 0, "paths while cells are not divided");
     }
     let before = placed(&probes);
     let light = gathered(&probes);
-    let known: std::collections::HashMap<UVec3, f64> = before
+    let known: std::collections::HashMap<UVec3, (f64, f64)> = before
         .iter()
         .enumerate()
         .filter(|(_, probe)| !probe.is_inside)
         .map(|(slot, probe)| {
-            let [r, g, b, _] = light[slot * COEFFICIENTS as usize].map(f64::from);
-            (probe.corner, (0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0))
+            let own = &light[slot * COEFFICIENTS as usize..];
+            let [r, g, b, n] = own[0].map(f64::from);
+            // Eight batches: the sum of squared differences from their mean.
+            assert_eq!(n, 512.0, "paths that were followed");
+            let variance = f64::from(own[2][3]) / (7.0 * 8.0);
+            (probe.corner, ((0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0), variance))
         })
         .collect();
     submit(|recorder| probes.update(recorder, &scene)).unwrap();
@@ -554,16 +558,22 @@ fn cells_are_divided_where_light_is_not_straight() {
     let light_at = |middle: IVec3| {
         if is_within(middle) { known.get(&corner_of(middle)).copied() } else { None }
     };
-    // By how much of the light a straight line is off in a middle cell.
+    // By how much a straight line is off in a middle cell, as a share of the limit.
     let off = |middle: IVec3| {
         let mut worst = 0.0f64;
         for ix in 0..8 {
             let at = middle + IVec3::new(ix & 1, ix >> 1 & 1, ix >> 2);
-            let Some(own) = light_at(at) else { continue };
+            let Some((own, noise)) = light_at(at) else { continue };
             for axis in IVec3::AXES {
-                if let (Some(a), Some(b)) = (light_at(at - axis), light_at(at + axis)) {
-                    let scale = own.max(0.02 * own.max(a).max(b));
-                    worst = worst.max((a - 2.0 * own + b).abs() / 8.0 / scale.max(1e-300));
+                if let (Some((a, noise_a)), Some((b, noise_b))) =
+                    (light_at(at - axis), light_at(at + axis))
+                {
+                    let scale = own.max(0.02 * own.max(a).max(b)).max(1e-300);
+                    let difference = (a - 2.0 * own + b).abs();
+                    let deviation = (noise_a + 4.0 * noise + noise_b).sqrt().max(1e-300);
+                    // (As a share of the limit: both must be above theirs.)
+                    let share = difference / 8.0 / scale / f64::from(most);
+                    worst = worst.max(share.min(difference / (3.0 * deviation)));
                 }
             }
         }
@@ -574,7 +584,7 @@ fn cells_are_divided_where_light_is_not_straight() {
     let first = n_bricks(&grid) as usize;
     for [packed, _] in &words[first..first + counts.n_voxels as usize] {
         let cell = UVec3::new(packed & 1023, packed >> 10 & 1023, packed >> 20).as_ivec3();
-        let worst = off(cell / 2) / f64::from(most);
+        let worst = off(cell / 2);
         let (is_divided, may_be) = (worst > 1.01, worst > 0.99);
         n_divided += usize::from(is_divided);
         n_whole += usize::from(!may_be);

@@ -55,8 +55,8 @@ pub use stream::{ProbeFile, Streamed};
 const PLACE_BYTES: u64 = 4 * (MAP_SIDE * MAP_SIDE) as u64 + 8;
 /// Bytes of a probe that are needed while it gathers: nine of four f32.
 const GATHERED_BYTES: u64 = 16 * COEFFICIENTS as u64;
-/// Paths that tell which cells are to be divided, at most.
-const FIRST_PATHS: u32 = 256;
+/// Paths that tell which cells are to be divided: eight batches know how noisy they are.
+const FIRST_PATHS: u32 = 512;
 const ADVICE: &str = "use fewer cells";
 /// Of the count of probes that followed paths in the last update, in the buffer of faults.
 const N_ACTIVE_OFFSET: u64 = 8;
@@ -421,12 +421,12 @@ impl Probes {
             self.n_paths = 0;
             self.seen = Some(now);
         }
-        if !self.is_refined && self.n_paths >= self.n_first_paths() {
+        if !self.is_refined && self.n_paths >= FIRST_PATHS {
             self.place(recorder, scene, Marked::ByLight(self.settings.refine))?;
             self.is_refined = true;
             self.n_paths = 0;
         }
-        if self.n_paths >= self.settings.n_paths {
+        if self.is_refined && self.n_paths >= self.settings.n_paths {
             if std::mem::take(&mut self.is_to_pack) {
                 self.pack(recorder);
             }
@@ -438,8 +438,8 @@ impl Probes {
                 first_path: self.n_paths,
                 n_bounces: self.settings.n_bounces - 1,
                 seed: self.settings.seed,
-                // (Only the first one knows when to stop.)
-                noise: if part == 0 { self.settings.noise } else { 0.0 },
+                // (Only the first one knows when to stop, and only where probes stay.)
+                noise: if part == 0 && self.is_refined { self.settings.noise } else { 0.0 },
                 part,
                 first: part * COEFFICIENTS * self.layout.capacity(),
                 reserved_a: 0,
@@ -615,15 +615,10 @@ impl Probes {
         self.settings.refine > 0.0 && !self.layout.stays()
     }
 
-    /// Paths that tell which cells are to be divided.
-    fn n_first_paths(&self) -> u32 {
-        FIRST_PATHS.min(self.settings.n_paths)
-    }
-
     /// Statistics: probes, bytes, and what is wrong.
     pub fn stats(&self) -> Vec<Stat> {
         let probes = self.layout.counts();
-        let first = if self.is_refined { 0 } else { self.n_first_paths() };
+        let first = if self.is_refined { 0 } else { FIRST_PATHS };
         let missing = u64::from((first + self.settings.n_paths).saturating_sub(self.n_paths));
         let mut stats = vec![
             Stat::known("of a probe", "bytes", self.probe_bytes()),

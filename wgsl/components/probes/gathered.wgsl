@@ -9,6 +9,9 @@
 /// Coefficients of a probe.
 const COEFFICIENTS: u32 = 9u;
 
+/// Paths of a batch.
+const BATCH: f32 = 64.0;
+
 /// What batches of paths have found so far, as in B. P. Welford, "Note on a Method for Calculating Corrected Sums of Squares and
 /// Products", Technometrics 4(3), 1962.
 struct Batches {

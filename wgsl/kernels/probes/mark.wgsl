@@ -9,7 +9,7 @@
 
 #import lucerna::color::luminance::luminance
 #import lucerna::components::probes::air::{MIDDLE_STRIDE, air_corner, air_size}
-#import lucerna::components::probes::gathered::COEFFICIENTS
+#import lucerna::components::probes::gathered::{BATCH, COEFFICIENTS}
 #import lucerna::components::probes::place::place_is_inside
 #import lucerna::components::voxels::bricks::{NO_SLOT, bit_of_cell, brick_of_cell, slot_in_brick}
 #import lucerna::components::voxels::grid::{VoxelGrid, unpack_cell}
@@ -21,6 +21,9 @@ const MARK_NONE: u32 = 1u;
 const MARK_BY_LIGHT: u32 = 2u;
 /// Darker than this share of the brightest corner nearby, differences do not count.
 const LEAST_SHARE: f32 = 0.02;
+
+/// Differences below this many standard deviations may be noise.
+const SURE: f32 = 3.0;
 
 struct MarkInfo {
     /// A MARK_ constant.
@@ -48,28 +51,40 @@ struct MarkInfo {
 /// A word for each brick of the lattice.
 @group(1) @binding(4) var<storage, read_write> bits: array<atomic<u32>>;
 
-/// The light (luminance of the constant) that the probe at a corner of middle cells knows; below 0: there is none, or it is inside something.
-fn middle_light(at: vec3<i32>) -> f32 {
+/// What the probe at a corner of middle cells knows of its light.
+struct KnownLight {
+    /// Luminance of the constant; below 0: there is no probe, or it is inside something.
+    light: f32,
+    /// Of its mean, by its batches of paths.
+    variance: f32,
+}
+
+/// The light at a corner of middle cells.
+fn middle_light(at: vec3<i32>) -> KnownLight {
     let size = vec3<i32>(air_size(lattice.size, MIDDLE_STRIDE));
     if any(at < vec3<i32>(0)) || any(at >= size) {
-        return -1.0;
+        return KnownLight(-1.0, 0.0);
     }
     let corner = air_corner(vec3<u32>(at), lattice.size, MIDDLE_STRIDE);
     let slot = slot_in_brick(known[brick_of_cell(lattice, corner)], corner);
     if slot == NO_SLOT {
-        return -1.0;
+        return KnownLight(-1.0, 0.0);
     }
     let place = known[lattice.bricks.x * lattice.bricks.y * lattice.bricks.z + slot].y;
-    return select(max(luminance(gathered[slot * COEFFICIENTS].rgb), 0.0), -1.0, place_is_inside(place));
+    let base = slot * COEFFICIENTS;
+    let n = gathered[base].a / BATCH;
+    let variance = gathered[base + 2u].a / max((n - 1.0) * n, 1.0);
+    let light = max(luminance(gathered[base].rgb), 0.0);
+    return KnownLight(select(light, -1.0, place_is_inside(place)), variance);
 }
 
-/// Whether light in a middle cell is not as straight as it may be: by the second differences at its corners.
+/// Whether light in a middle cell is not as straight as it may be: by the second differences at its corners, if they are more than noise.
 fn is_curved(middle: vec3<i32>) -> bool {
     var is_too_far = false;
     for (var ix = 0u; ix < 8u; ix++) {
         let at = middle + vec3<i32>((vec3<u32>(ix) >> vec3<u32>(0u, 1u, 2u)) & vec3<u32>(1u));
         let own = middle_light(at);
-        if own < 0.0 {
+        if own.light < 0.0 {
             continue;
         }
         for (var axis = 0u; axis < 3u; axis++) {
@@ -77,10 +92,12 @@ fn is_curved(middle: vec3<i32>) -> bool {
             step[axis] = 1;
             let before = middle_light(at - step);
             let after = middle_light(at + step);
-            if before >= 0.0 && after >= 0.0 {
-                let between = abs(before - 2.0 * own + after) / 8.0;
-                let around = max(own, max(before, after));
-                is_too_far |= between > info.most * max(own, LEAST_SHARE * around);
+            if before.light >= 0.0 && after.light >= 0.0 {
+                let difference = abs(before.light - 2.0 * own.light + after.light);
+                let noise = sqrt(before.variance + 4.0 * own.variance + after.variance);
+                let around = max(own.light, max(before.light, after.light));
+                let is_far = difference > 8.0 * info.most * max(own.light, LEAST_SHARE * around);
+                is_too_far |= is_far && difference > SURE * noise;
             }
         }
     }
