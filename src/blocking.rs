@@ -504,12 +504,16 @@ pub fn read_light_to_come(gpu: &Gpu, technique: &dyn Technique) -> Result<Option
 ///
 /// # Errors
 /// The device was lost.
+///
+/// # Panics
+/// If they are those of a file ([`Probes::from_file`]): the file has all of them.
 #[cfg(feature = "bake")]
 pub fn read_probes(
     gpu: &Gpu,
     probes: &Probes,
     scene: SceneFingerprint,
 ) -> Result<ProbeBake, LostGpu> {
+    assert!(!probes.is_streamed(), "probes of a file are not read back");
     let counts: VoxelCounts =
         bytemuck::pod_read_unaligned(&read_buffer(gpu, probes.counts())?[..48]);
     let n = counts.n_voxels as usize;
@@ -608,7 +612,8 @@ pub fn place_net(
             if !(*height > 0.0 && height.is_finite()) {
                 return setting("the height of probes must be above 0 m");
             }
-            above_floors(gpu, scene, voxels_of(gpu, scene, grid)?.above_surfaces(), *height)?
+            let above = voxels_of(gpu, scene, grid)?.above_surfaces();
+            apart_in_columns(above_floors(gpu, scene, above, *height)?, 0.25 * grid.cell)
         }
     };
     let inspect = InspectPass::new(gpu, scene);
@@ -640,6 +645,12 @@ fn voxels_of(
     submitted(gpu, |recorder| voxelizer.record(recorder, scene, Triangles::All))?;
     let counts: VoxelCounts =
         bytemuck::pod_read_unaligned(&read_buffer(gpu, voxelizer.counts())?[..48]);
+    if counts.n_overflow > 0 {
+        return Err(PlaceNetError::Setting(format!(
+            "{} voxels had no room: use a larger spacing",
+            counts.n_overflow
+        )));
+    }
     let structure: Vec<[u32; 2]> = words(&read_buffer(gpu, voxelizer.structure())?);
     Ok(Candidates::of_voxels(grid, &structure, counts.n_voxels))
 }
@@ -672,6 +683,19 @@ fn above_floors(
     let start = |floor: &Vec3| *floor + Vec3::Y * (1e-3 * height);
     let up = towards(&floors.iter().map(start).collect::<Vec<_>>(), Vec3::Y, 2.0 * height)?;
     Ok(floors.iter().zip(up).map(|(floor, up)| *floor + Vec3::Y * height.min(0.5 * up)).collect())
+}
+
+/// Points of which no two above each other are nearer than `least`: rays from two voxels of a column may have found the same floor.
+#[cfg(feature = "nets")]
+fn apart_in_columns(points: Vec<glam::Vec3>, least: f32) -> Vec<glam::Vec3> {
+    let mut columns: std::collections::HashMap<[u32; 2], Vec<f32>> = Default::default();
+    let mut is_new = |point: &glam::Vec3| {
+        let heights = columns.entry([point.x.to_bits(), point.z.to_bits()]).or_default();
+        let is_new = heights.iter().all(|y| (y - point.y).abs() >= least);
+        heights.extend(is_new.then_some(point.y));
+        is_new
+    };
+    points.into_iter().filter(|point| is_new(point)).collect()
 }
 
 #[cfg(feature = "nets")]

@@ -81,24 +81,30 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
     texts.push(("seed", &seed));
     let settings = ProbeVolumeSettings::from_texts(&texts)?.0;
 
-    let mut scene = arguments.scene.load()?;
+    let scene = arguments.scene.load()?;
     let (gpu, info, rays) = arguments.adapter.open()?;
     let interrupted = interrupt_flag()?;
     let opened = (&gpu, &info, rays, &*interrupted);
     if !arguments.sky_parts {
-        return bake_file(arguments, (settings, &texts), opened, &scene, output);
+        return bake_file(arguments, (settings, &texts), opened, &scene, (output, None));
     }
-    scene.sky = Sky::Constant(Vec3::ZERO);
-    bake_file(arguments, (settings, &texts), opened, &scene, output)?;
-    // (Lights that are not the sky are in the first file.)
-    scene.lights.clear();
-    scene.materials.iter_mut().for_each(|material| material.emission = Vec3::ZERO);
+    let dark = Scene { sky: Sky::Constant(Vec3::ZERO), ..scene };
+    bake_file(arguments, (settings, &texts), opened, &dark, (output, None))?;
     for ix in 0..N_SKY_PARTS {
-        scene.sky = sky_part(ix);
         errln!("part {ix} of the sky");
-        bake_file(arguments, (settings, &texts), opened, &scene, &sky_file(output, ix))?;
+        let part = part_scene(dark.clone(), ix);
+        let file = sky_file(output, ix);
+        bake_file(arguments, (settings, &texts), opened, &part, (&file, Some(output)))?;
     }
     Ok(())
+}
+
+/// A scene whose only light is a part of a sky.
+pub fn part_scene(mut scene: Scene, ix: usize) -> Scene {
+    scene.lights.clear();
+    scene.materials.iter_mut().for_each(|material| material.emission = Vec3::ZERO);
+    scene.sky = sky_part(ix);
+    scene
 }
 
 /// The file of a part of the sky beside a bake.
@@ -108,13 +114,13 @@ pub fn sky_file(bake: &Path, ix: usize) -> PathBuf {
     name.into()
 }
 
-/// Bakes one file.
+/// Bakes one file; `places`: at the places of another.
 fn bake_file(
     arguments: &BakeArguments,
     (settings, texts): (ProbeSettings, &[(&str, &str)]),
     (gpu, info, rays, interrupted): (&Gpu, &wgpu::AdapterInfo, RaySource, &AtomicBool),
     scene: &Scene,
-    output: &Path,
+    (output, places): (&Path, Option<&Path>),
 ) -> CommandResult {
     let gpu_scene = upload(gpu, scene, arguments.scene.diffuse, rays)?;
     let fingerprint = SceneFingerprint::of(scene, arguments.scene.diffuse, &|_| false);
@@ -125,6 +131,10 @@ fn bake_file(
         true => Start::Places(Box::new(to_relight(output, &fingerprint, &settings, points)?)),
         false if arguments.fresh => Start::Nothing,
         false => to_go_on(&[&part, output], &fingerprint, &settings, points),
+    };
+    let start = match (start, places) {
+        (Start::Nothing, Some(other)) => Start::Places(Box::new(read(other)?)),
+        (start, _) => start,
     };
     let mut probes = match &start {
         Start::Nothing => match net {

@@ -39,9 +39,9 @@ pub use self::error::{
 pub use self::fingerprint::SceneFingerprint;
 pub use self::limits::LoadLimits;
 pub use self::load::Loaded;
-#[cfg(feature = "gpu")]
 pub use self::sky_parts::{N_SKY_PARTS, sky_part, sky_part_weights};
 pub use self::validate::InvalidScene;
+#[cfg(feature = "gpu")]
 pub(crate) use self::validate::check_sky;
 
 /// The largest coordinate of a loaded scene \[m\], in object and in world space. Up to this, squares of cross products

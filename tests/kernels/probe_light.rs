@@ -494,15 +494,22 @@ fn marked_probes_get_the_light_around_them() {
     };
     let mut n_marked = 0;
     for (ix, probe) in all.iter().enumerate() {
-        let around: Vec<(usize, f64)> = all
-            .iter()
-            .enumerate()
-            .filter_map(|(other, of)| {
-                let step = of.corner.as_ivec3() - probe.corner.as_ivec3();
-                let near = step.abs().max_element() == 1 && !of.is_inside;
-                near.then(|| (other, 1.0 / f64::from(step.length_squared())))
-            })
-            .collect();
+        // (Those one corner away; only if there are none, those two or four away.)
+        let at_stride = |stride: i32| -> Vec<(usize, f64)> {
+            all.iter()
+                .enumerate()
+                .filter_map(|(other, of)| {
+                    let step = of.corner.as_ivec3() - probe.corner.as_ivec3();
+                    let is_near = step.abs().max_element() == stride
+                        && (0..3).all(|k| step[k] % stride == 0)
+                        && !of.is_inside;
+                    let apart = f64::from((step / stride).length_squared());
+                    is_near.then(|| (other, 1.0 / apart))
+                })
+                .collect()
+        };
+        let rings = [1, 2, 4].map(at_stride);
+        let around = rings.into_iter().find(|ring| !ring.is_empty()).unwrap_or_default();
         let is_dilated = probe.is_inside && !around.is_empty();
         n_marked += usize::from(is_dilated);
         let total: f64 = around.iter().map(|(_, weight)| weight).sum();

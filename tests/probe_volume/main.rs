@@ -296,3 +296,31 @@ fn no_light_leaks_along_the_axes() {
         }
     }
 }
+
+/// Which cells are divided follows the light: what was dark when the probes were placed is divided once a lamp is on, as if it had been on from the
+/// beginning. While things move, all cells are divided, and paths are followed.
+#[test]
+fn divided_cells_follow_the_light() {
+    let world = upload(&lit_room());
+    let dark = upload(&Scene { lights: Vec::new(), ..lit_room() });
+    let chosen = settings!(ProbeSettings { n_paths: 128, refine: 0.02, ..cells(24) });
+    let mut fresh = session(&world, &eye(), chosen);
+    fresh.run(&world, 12);
+    let expected = stat(&fresh, "probes");
+    let mut later = session(&dark, &eye(), chosen);
+    later.run(&dark, 12);
+    let in_the_dark = stat(&later, "probes");
+    later.changed(Change::Lights);
+    later.run(&world, 12);
+    assert_eq!(stat(&later, "probes"), expected, "probes once the lamp is on");
+    assert!(in_the_dark < expected, "{in_the_dark} probes in the dark, {expected} in light");
+    let all = settings!(ProbeSettings { refine: 0.0, ..chosen });
+    let mut whole = session(&world, &eye(), all);
+    whole.run(&world, 1);
+    for _ in 0..3 {
+        later.changed(Change::Moving);
+        later.run(&world, 1);
+        assert_eq!(stat(&later, "probes"), stat(&whole, "probes"), "probes while things move");
+        assert_eq!(later.technique.probes().n_paths(), 64, "paths while things move");
+    }
+}

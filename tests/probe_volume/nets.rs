@@ -276,3 +276,32 @@ fn a_net_notices_changes() {
     }
     submit(|recorder| session.technique.probes_mut().update(recorder, &world)).unwrap();
 }
+
+/// Points far from a cluster: their distances are more units than halfs can hold the squares of. They end before, so no light is lost, and the bake
+/// can be read.
+#[test]
+fn far_points_are_no_infinities() {
+    let mut room = lit_room();
+    for instance in &mut room.instances {
+        instance.world_from_object =
+            glam::Affine3A::from_scale(Vec3::splat(40.0)) * instance.world_from_object;
+    }
+    room.lights[0] = Light::Point {
+        position: Vec3::new(44.0, 32.0, 52.0),
+        intensity: Vec3::splat(1000.0),
+        range: None,
+    };
+    let world = upload(&room);
+    let mut random = Random(73);
+    let cluster = (0..60).map(|_| Vec3::splat(20.0) + 0.05 * random.direction() * random.unit());
+    let far = [[2.0, 2.0, 110.0], [75.0, 3.0, 100.0], [70.0, 35.0, 8.0], [8.0, 30.0, 100.0]];
+    let points: Vec<Vec3> = cluster.chain(far.map(Vec3::from)).collect();
+    let mut session = session(&world, ProbeNet::new(&points).unwrap(), few(256));
+    session.camera = crate::session::camera([30.0, 20.0, 30.0], [40.0, 10.0, 70.0]);
+    session.run(&world, 4);
+    let picture = session.picture(&world, 1, Channel::Indirect);
+    let n_lit = picture.iter().filter(|rgb| rgb.min_element() > 0.0 && rgb.is_finite()).count();
+    assert_eq!(n_lit, picture.len(), "lit pixels");
+    let made = read_probes(gpu(), session.technique.probes(), fingerprint(&room)).unwrap();
+    ProbeBake::from_bytes(&made.to_bytes()).unwrap();
+}

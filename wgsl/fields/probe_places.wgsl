@@ -2,7 +2,7 @@
 //! Field: where probes are, for kernels that compute what they hold: at corners of a lattice.
 //!
 //! Interface: `place_position`, `place_is_blocked`, `place_seed`, `place_reach`, `place_unit`, `place_capacity`, `PLACES_BESIDE`,
-//! `place_beside`. The layout of `lattice_structure`: `lucerna::components::voxels::bricks`; the second word of a probe is its place
+//! `PLACES_NEAR`, `place_beside`. The layout of `lattice_structure`: `lucerna::components::voxels::bricks`; the second word of a probe is its place
 //! (`lucerna::components::probes::place`). The variant `probes=net` has those of nets instead.
 #define_import_path lucerna::fields::probe_places
 
@@ -11,8 +11,10 @@
 #import lucerna::components::voxels::bricks::{NO_SLOT, brick_of_cell, slot_in_brick}
 #import lucerna::components::voxels::grid::{VoxelGrid, is_inside, unpack_cell, world_from_grid}
 
-/// Probes that may be beside one.
-const PLACES_BESIDE: u32 = 27u;
+/// Probes that may be beside one: 27 for each stride of 1, 2 and 4 corners.
+const PLACES_BESIDE: u32 = 81u;
+/// Those of a stride. Farther ones count only if there are none.
+const PLACES_NEAR: u32 = 27u;
 /// The longest distance that a map holds [cells]: beyond the diagonal of a cell and what points are moved along their normal.
 const REACH: f32 = 2.5;
 /// The same for the corners of middle cells, and of wide ones.
@@ -70,8 +72,9 @@ struct PlaceBeside {
 
 /// The probe `ix` (below PLACES_BESIDE) beside one, if it is not blocked: by the inverse square of its distance.
 fn place_beside(probe: u32, ix: u32) -> PlaceBeside {
-    let step = vec3<i32>(vec3<u32>(ix % 3u, ix / 3u % 3u, ix / 9u)) - 1;
-    let at = vec3<i32>(unpack_cell(lattice_record(probe).x)) + step;
+    let step = vec3<i32>(vec3<u32>(ix % 3u, ix / 3u % 3u, ix / 9u % 3u)) - 1;
+    let stride = 1i << (ix / PLACES_NEAR);
+    let at = vec3<i32>(unpack_cell(lattice_record(probe).x)) + stride * step;
     if all(step == vec3<i32>(0)) || !is_inside(lattice, at) {
         return PlaceBeside(0u, 0.0);
     }

@@ -71,6 +71,21 @@ impl ProbeNet {
     /// Cells (triangles in a plane) that are slivers: the middles of their longest edges \[m\], the worst cell first, and each once.
     pub fn slivers(&self) -> Vec<Vec3> {
         let at = |v: u32| self.points[v as usize].as_dvec3();
+        let mut known = HashSet::new();
+        let is_new =
+            |of: &&(f64, [u32; 2])| known.insert([of.1[0].min(of.1[1]), of.1[0].max(of.1[1])]);
+        let middle = |of: &(f64, [u32; 2])| ((at(of.1[0]) + at(of.1[1])) * 0.5).as_vec3();
+        self.judged().iter().filter(is_new).map(middle).collect()
+    }
+
+    /// How many cells (triangles in a plane) are slivers.
+    pub fn n_slivers(&self) -> u32 {
+        self.judged().len() as u32
+    }
+
+    /// The slivers: how many times their shortest edge the circumscribed radius is, the largest first, and their longest edges.
+    fn judged(&self) -> Vec<(f64, [u32; 2])> {
+        let at = |v: u32| self.points[v as usize].as_dvec3();
         let mut found: Vec<(f64, [u32; 2])> = Vec::new();
         let mut judge = |corners: &[u32]| {
             let mut edges = Vec::new();
@@ -95,11 +110,7 @@ impl ProbeNet {
             _ => {}
         }
         found.sort_by(|x, y| y.0.total_cmp(&x.0));
-        let mut known = HashSet::new();
-        let is_new =
-            |of: &&(f64, [u32; 2])| known.insert([of.1[0].min(of.1[1]), of.1[0].max(of.1[1])]);
-        let middle = |of: &(f64, [u32; 2])| ((at(of.1[0]) + at(of.1[1])) * 0.5).as_vec3();
-        found.iter().filter(is_new).map(middle).collect()
+        found
     }
 }
 
@@ -266,30 +277,40 @@ impl PlacedNet {
         let least = 0.25 * out.net.unit();
         let mut refused: HashSet<[u32; 3]> = HashSet::new();
         loop {
-            let mut middles = out.net.slivers();
-            out.n_slivers = middles.len() as u32;
-            middles.retain(|p| !refused.contains(&p.to_array().map(f32::to_bits)));
-            middles.truncate((settings.most as usize).saturating_sub(points.len()));
+            let middles = out.net.slivers();
+            out.n_slivers = out.net.n_slivers();
+            if !settings.fills {
+                return Ok(out);
+            }
+            let room = (settings.most as usize).saturating_sub(points.len());
             let mut added: Vec<Vec3> = Vec::new();
             for middle in middles {
                 let is_near = |p: &Vec3| p.distance(middle) < least;
-                if !added.iter().any(is_near) && !points.iter().any(is_near) {
+                let is_refused = refused.contains(&middle.to_array().map(f32::to_bits));
+                if !is_refused && !added.iter().any(is_near) && !points.iter().any(is_near) {
                     added.push(middle);
                 }
             }
-            if !settings.fills || added.is_empty() {
+            added.truncate(room);
+            if added.is_empty() {
                 return Ok(out);
             }
             let is_kept = is_free(&added)?;
+            let mut more = points.clone();
             for (point, is_free) in added.into_iter().zip(is_kept) {
                 if is_free {
-                    points.push(point);
-                    out.n_fillers += 1;
+                    more.push(point);
                 } else {
                     refused.insert(point.to_array().map(f32::to_bits));
                 }
             }
-            out.net = ProbeNet::new(&points)?;
+            // (A net without fillers is better than none.)
+            match ProbeNet::new(&more) {
+                Ok(net) => out.net = net,
+                Err(_) => return Ok(out),
+            }
+            out.n_fillers += (more.len() - points.len()) as u32;
+            points = more;
         }
     }
 }

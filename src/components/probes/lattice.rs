@@ -168,7 +168,10 @@ impl Lattice {
         // Without, the places are a bake's.
         let Some(voxelizer) = &self.voxelizer else { return Ok(()) };
         voxelizer.record(recorder, scene, Triangles::All)?;
-        if let Some(masks) = &self.masks {
+        // (Where cells are divided changes nothing about what is in them.)
+        if let Some(masks) = &self.masks
+            && !matches!(marked, Marked::ByLight(_))
+        {
             masks.record(recorder, scene, voxelizer);
         }
         recorder.encoder().clear_buffer(&self.bits, 0, None);

@@ -78,6 +78,8 @@ pub struct Probes {
     pool: Option<stream::Pool>,
     /// Whether places and distances are those of a bake.
     places_are_baked: bool,
+    /// Whether weights of bakes were set: they say which lights are on.
+    has_weights: bool,
     /// False while probes are only at corners of middle cells, to find out which cells are to be divided.
     is_refined: bool,
     /// Whether the scene has changed since baked probes, or probes at a bake's places, were first used.
@@ -262,7 +264,7 @@ impl Probes {
         lattice.upload(gpu, &empty, room as u32, [0, 0]);
         let mut made = Self::with_layout(gpu, scene, settings, Layout::Lattice(lattice))?;
         made.places_are_baked = true;
-        made.pool = Some(stream::Pool::new(room as u32));
+        made.pool = Some(stream::Pool::new(file, room as u32));
         made.n_paths = file.head().n_paths;
         made.settings.n_paths = made.n_paths;
         Ok(made)
@@ -285,6 +287,7 @@ impl Probes {
         most: u32,
     ) -> Result<Streamed, BakeError> {
         let Some(pool) = &mut self.pool else { panic!("these probes are not those of a file") };
+        pool.check(file)?;
         let Some(lattice) = self.layout.lattice() else {
             panic!("a file's probes are on a lattice")
         };
@@ -332,6 +335,7 @@ impl Probes {
             *weight = *new;
         }
         self.is_to_pack = true;
+        self.has_weights = true;
     }
 
     /// Creates the buffers and compiles the kernels.
@@ -366,6 +370,7 @@ impl Probes {
             pool: None,
             places_are_baked: false,
             is_refined: true,
+            has_weights: false,
             is_outdated: false,
             is_to_pack: false,
             distances_kernel: ComputeKernel::new(gpu, &at_places, group, "probes/distances"),
@@ -401,8 +406,12 @@ impl Probes {
         let before = self.seen;
         if !self.baked.is_empty() || self.is_streamed() {
             // (What moves was not baked.)
-            let still = Revisions { moving: 0, ..now };
-            self.is_outdated |= *self.seen.get_or_insert(still) != still;
+            let before = *self.seen.get_or_insert(now);
+            // (Nor which lights are on, and the sky, once that is what weights say.)
+            let of_weights =
+                Revisions { lights: before.lights, sky: before.sky, moving: before.moving, ..now };
+            let others = Revisions { moving: before.moving, ..now };
+            self.is_outdated |= before != if self.has_weights { of_weights } else { others };
             if std::mem::take(&mut self.is_to_pack) {
                 // (Of several; nothing, if they are a file's.)
                 self.blend(recorder);
@@ -411,13 +420,18 @@ impl Probes {
             return Ok(());
         }
         if before != Some(now) {
-            let is_same = |of: fn(&Revisions) -> u64| before.as_ref().map(of) == Some(of(&now));
-            if !(is_same(|r| r.geometry) && is_same(|r| r.moving)) {
-                let refines = self.refines();
+            let have_moved = before.is_none_or(|before| {
+                (before.geometry, before.moving) != (now.geometry, now.moving)
+            });
+            let only_moving =
+                before.is_some_and(|before| Revisions { moving: now.moving, ..before } == now);
+            // (While things move there is no time to find out which cells are to be divided: all are.)
+            let refines = self.refines() && !only_moving;
+            if have_moved || refines {
                 self.place(recorder, scene, if refines { Marked::None } else { Marked::All })?;
                 self.is_refined = !refines;
-                self.is_outdated |= self.layout.stays() && before.is_some();
             }
+            self.is_outdated |= have_moved && self.layout.stays() && before.is_some();
             self.n_paths = 0;
             self.seen = Some(now);
         }
@@ -461,7 +475,7 @@ impl Probes {
     }
 
     #[cfg(feature = "bake")]
-    fn is_streamed(&self) -> bool {
+    pub(crate) fn is_streamed(&self) -> bool {
         self.pool.is_some()
     }
 

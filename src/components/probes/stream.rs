@@ -15,7 +15,7 @@ use super::bake::{
 };
 use crate::components::voxels::{BRICK, VoxelGrid, n_bricks};
 use glam::{UVec3, Vec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -27,6 +27,8 @@ pub struct ProbeFile {
     head: ProbeBake,
     first_probe: u64,
     index: Vec<[u32; ENTRY_WORDS]>,
+    /// Of the header and the index.
+    hash: u32,
 }
 
 impl ProbeFile {
@@ -46,9 +48,9 @@ impl ProbeFile {
             let size = UVec3::new(size[0], size[1], size[2]);
             let n = ((size + BRICK - 1) / BRICK).element_product() as usize;
             let rest = (4 * ENTRY_WORDS * n + CHECKSUM_BYTES) as u64;
-            file.take(rest).read_to_end(&mut bytes)?;
+            (&mut file).take(rest).read_to_end(&mut bytes)?;
         } else {
-            file.take(CHECKSUM_BYTES as u64).read_to_end(&mut bytes)?;
+            (&mut file).take(CHECKSUM_BYTES as u64).read_to_end(&mut bytes)?;
         }
         let head = Head::of(&bytes, n_bytes)?;
         let BakedLayout::Lattice { .. } = head.bake.layout else {
@@ -72,8 +74,17 @@ impl ProbeFile {
                 "{n} probes in the index, {n_probes} in the header"
             )));
         }
-        let file = File::open(path)?;
-        Ok(Self { file, head: head.bake, first_probe: head.first_probe, index })
+        let hash = hash_of(&bytes);
+        let made = Self { file, head: head.bake, first_probe: head.first_probe, index, hash };
+        for (brick, [bits, ..]) in made.index.iter().enumerate() {
+            let size = lattice_of(&made.head).size;
+            if made.corners(brick as u32, *bits).any(|corner| corner.cmpge(size).any()) {
+                return Err(BakeError::Invalid(format!(
+                    "brick {brick} has a corner outside the lattice"
+                )));
+            }
+        }
+        Ok(made)
     }
 
     /// Everything but the probes: the scene, the settings, the lattice.
@@ -89,6 +100,16 @@ impl ProbeFile {
     /// The lattice, with room for `capacity` probes.
     pub(super) fn lattice(&self, capacity: u32) -> VoxelGrid {
         VoxelGrid { capacity, ..lattice_of(&self.head) }
+    }
+
+    /// The corners of a brick's bits, in order.
+    fn corners(&self, brick: u32, bits: u32) -> impl Iterator<Item = UVec3> {
+        let UVec3 { x, y, .. } = lattice_of(&self.head).bricks;
+        let low = UVec3::new(brick % x, brick / x % y, brick / (x * y)) * BRICK;
+        let inside = |bit: u32| {
+            UVec3::new(bit % BRICK.x, bit / BRICK.x % BRICK.y, bit / (BRICK.x * BRICK.y))
+        };
+        (0..32).filter(move |bit| bits >> bit & 1 == 1).map(move |bit| low + inside(bit))
     }
 
     /// The probes of a brick.
@@ -127,6 +148,8 @@ pub struct Streamed {
 /// Which bricks are in the pool, and where.
 #[derive(Debug)]
 pub(super) struct Pool {
+    /// The hash of its file's header and index.
+    of: u32,
     /// The first slot of a brick that is there, its number of slots, and how many of them were moved and are inside something.
     present: BTreeMap<u32, (u32, u32, [u32; 2])>,
     /// Free ranges: the first slot, and how many.
@@ -145,14 +168,23 @@ pub(super) enum Change {
 }
 
 impl Pool {
-    pub fn new(capacity: u32) -> Self {
+    pub fn new(file: &ProbeFile, capacity: u32) -> Self {
         Self {
+            of: file.hash,
             present: BTreeMap::new(),
             free: BTreeMap::from([(0, capacity)]),
             placed: [0, 0],
             n_to_load: 0,
             radius: 0.0,
         }
+    }
+
+    /// Fails if a file is not the one that the pool was made for.
+    pub fn check(&self, file: &ProbeFile) -> Result<(), BakeError> {
+        if self.of == file.hash {
+            return Ok(());
+        }
+        Err(BakeError::Invalid("it is not the file that these probes are of".into()))
     }
 
     /// Probes that are there.
@@ -183,6 +215,14 @@ impl Pool {
         self.free.insert(first, n);
     }
 
+    fn drop_brick(&mut self, brick: u32, changes: &mut Vec<Change>) {
+        if let Some((first, n, placed)) = self.present.remove(&brick) {
+            self.give_back(first, n);
+            (0..2).for_each(|k| self.placed[k] -= placed[k]);
+            changes.push(Change::Dropped { brick });
+        }
+    }
+
     /// Chooses the bricks nearest to `center` that there is room for, loads at most `most` of those that are not there (the nearest first), and
     /// drops those that are not among them. What has changed is valid also if a brick could not be read.
     pub fn follow(
@@ -200,8 +240,8 @@ impl Pool {
             .map(|brick| {
                 let (x, y) = (grid.bricks.x, grid.bricks.y);
                 let low = (UVec3::new(brick % x, brick / x % y, brick / (x * y)) * BRICK).as_vec3();
-                // (A corner stands for the cells around it.)
-                let apart = at - at.clamp(low - 1.0, low + BRICK.as_vec3());
+                // (A corner of a wide cell stands for what is up to four cells away.)
+                let apart = at - at.clamp(low - 4.0, low + BRICK.as_vec3() + 3.0);
                 (apart.length() * grid.cell, brick)
             })
             .collect();
@@ -219,14 +259,11 @@ impl Pool {
         let is_wanted: std::collections::HashSet<u32> = wanted.iter().map(|of| of.1).collect();
         let gone: Vec<u32> =
             self.present.keys().copied().filter(|brick| !is_wanted.contains(brick)).collect();
-        for brick in &gone {
-            if let Some((first, n, placed)) = self.present.remove(brick) {
-                self.give_back(first, n);
-                (0..2).for_each(|k| self.placed[k] -= placed[k]);
-                changes.push(Change::Dropped { brick: *brick });
-            }
-        }
-        let (mut n_loaded, mut n_to_load) = (0, 0);
+        gone.iter().for_each(|brick| self.drop_brick(*brick, &mut changes));
+        let apart_of: HashMap<u32, f32> =
+            bricks.iter().map(|(apart, brick)| (*brick, *apart)).collect();
+        let (mut n_loaded, mut n_to_load, mut failed) = (0, 0, None);
+        let mut n_dropped = gone.len() as u32;
         for (apart, brick) in wanted {
             if self.present.contains_key(&brick) {
                 continue;
@@ -235,18 +272,39 @@ impl Pool {
                 n_to_load += 1;
                 continue;
             }
-            // (Free slots are in pieces: none may be large enough.)
-            let n = file.index[brick as usize][0].count_ones();
-            let Some(first) = self.take(n) else {
-                radius = radius.min(apart);
-                continue;
-            };
             let probes = match file.read(brick) {
                 Ok(probes) => probes,
                 Err(error) => {
-                    self.give_back(first, n);
-                    return (changes, Err(error));
+                    failed.get_or_insert(error);
+                    n_to_load += 1;
+                    radius = radius.min(apart);
+                    continue;
                 }
+            };
+            // (Free slots are in pieces: the farthest bricks make room.)
+            let n = probes.len() as u32;
+            let first = loop {
+                if let Some(first) = self.take(n) {
+                    break Some(first);
+                }
+                let distance = |brick: &u32| apart_of.get(brick).copied().unwrap_or(f32::INFINITY);
+                let farthest = self
+                    .present
+                    .keys()
+                    .copied()
+                    .max_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
+                match farthest.filter(|brick| distance(brick) > apart) {
+                    Some(brick) => {
+                        self.drop_brick(brick, &mut changes);
+                        radius = radius.min(distance(&brick));
+                        n_dropped += 1;
+                    }
+                    None => break None,
+                }
+            };
+            let Some(first) = first else {
+                radius = radius.min(apart);
+                continue;
             };
             let count =
                 |is: fn(&BakedProbe) -> bool| probes.iter().filter(|of| is(of)).count() as u32;
@@ -262,7 +320,7 @@ impl Pool {
             n_loaded += 1;
         }
         (self.n_to_load, self.radius) = (n_to_load, radius);
-        let n_dropped = gone.len() as u32;
-        (changes, Ok(Streamed { n_loaded, n_dropped, n_to_load, radius }))
+        let found = Streamed { n_loaded, n_dropped, n_to_load, radius };
+        (changes, failed.map_or(Ok(found), Err))
     }
 }

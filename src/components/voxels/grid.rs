@@ -75,7 +75,7 @@ pub enum VoxelError {
     },
     /// Bakes whose probes are at other places cannot be blended.
     #[error(
-        "the bakes have their probes at other places, so that they cannot be blended: bake them with the same cells"
+        "the bakes have their probes at other places, so that they cannot be blended: bake them with the same cells (and without --refine, which divides cells by light)"
     )]
     OtherProbes,
     /// A bake's points make no net, or (without the feature `nets`) none is possible.

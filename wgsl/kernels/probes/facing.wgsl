@@ -10,7 +10,7 @@
 #import lucerna::components::voxels::bricks::NO_SLOT
 #import lucerna::components::voxels::grid::VoxelGrid
 #import lucerna::components::voxels::work::{GridTriangle, triangle_meets_cell}
-#import lucerna::fields::voxel_structure::slot_in_grid
+#import lucerna::fields::voxel_structure::{n_slots, slot_in_grid}
 #import lucerna::geometry::barycentric::barycentrics_within
 #import lucerna::geometry::clip::clip_triangle_to_cube
 #import lucerna::integrators::triangle_pieces::{next_cell, walk_piece}
@@ -27,6 +27,10 @@ const WORKGROUP: u32 = 64u;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    // Ranges beyond the last voxel have nothing to do.
+    if range.first >= n_slots(grid) {
+        return;
+    }
     var walk = walk_piece(grid, group_of_dispatch(group) * WORKGROUP + local);
     while next_cell(&walk) {
         let slot = slot_in_grid(grid, 0u, vec3<i32>(walk.cell));
@@ -36,12 +40,15 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         // In units of subvolumes.
         let fine = f32(MASK_SIDE);
         let t = GridTriangle(walk.piece.triangle.a * fine, walk.piece.triangle.b * fine, walk.piece.triangle.c * fine);
+        let low = min(t.a, min(t.b, t.c));
+        let high = max(t.a, max(t.b, t.c));
         let corners = triangle_corners(walk.piece.triangle_ix);
         let normal = cross(corners.b - corners.a, corners.c - corners.a);
         for (var bit = 0u; bit < MASK_BITS; bit++) {
             let inside = vec3<u32>(bit, bit / MASK_SIDE, bit / (MASK_SIDE * MASK_SIDE)) % MASK_SIDE;
             let subvolume = walk.cell * MASK_SIDE + inside;
-            if !triangle_meets_cell(t, subvolume) {
+            let at = vec3<f32>(subvolume);
+            if any(low > at + 1.0) || any(high < at) || !triangle_meets_cell(t, subvolume) {
                 continue;
             }
             let part = clip_triangle_to_cube(t.a, t.b, t.c, vec3<f32>(subvolume) + 0.5, 0.5);

@@ -102,7 +102,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let base = info.first + probe * COEFFICIENTS;
     let is_first = info.first_path == 0u;
     if local == 0u {
-        has_stopped = u32(!is_first && gathered[base + 3u].a != 0.0);
+        has_stopped = u32(!is_first && gathered[probe * COEFFICIENTS + 3u].a != 0.0);
     }
     // (The same for all, which the compiler must see.)
     if workgroupUniformLoad(&has_stopped) != 0u {

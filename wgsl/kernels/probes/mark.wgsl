@@ -125,7 +125,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     for (var ix = 0u; ix < 64u; ix++) {
         let step = vec3<i32>((vec3<u32>(ix) >> vec3<u32>(0u, 2u, 4u)) & vec3<u32>(3u));
         let at = middle - 1 + step;
-        if !is_divided && (any(step < vec3<i32>(1)) || any(step > vec3<i32>(2))) {
+        if info.which == MARK_BY_LIGHT && !is_divided && (any(step < vec3<i32>(1)) || any(step > vec3<i32>(2))) {
             continue;
         }
         if all(at >= vec3<i32>(0)) && all(at <= last) {

@@ -8,7 +8,7 @@
 
 #import lucerna::components::probes::bands::{KEPT_COEFFICIENTS, band_factor, place_of_coefficient}
 #import lucerna::components::probes::basis::{WORDS, pack_light}
-#import lucerna::fields::probe_places::{PLACES_BESIDE, place_beside, place_capacity, place_is_blocked}
+#import lucerna::fields::probe_places::{PLACES_BESIDE, PLACES_NEAR, place_beside, place_capacity, place_is_blocked}
 #import lucerna::math::dispatch::group_of_dispatch
 
 const WORKGROUP: u32 = 64u;
@@ -43,6 +43,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     var total = 0.0;
     if place_is_blocked(probe) {
         for (var ix = 0u; ix < PLACES_BESIDE; ix++) {
+            if ix % PLACES_NEAR == 0u && total > 0.0 {
+                break;
+            }
             let beside = place_beside(probe, ix);
             if beside.weight > 0.0 {
                 add(&sum, beside.probe, beside.weight);

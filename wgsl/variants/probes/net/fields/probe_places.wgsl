@@ -9,8 +9,13 @@
 
 /// Probes that may be beside one.
 const PLACES_BESIDE: u32 = 0u;
+/// As in the module that this replaces.
+const PLACES_NEAR: u32 = 1u;
 /// How much farther away than its longest edge anybody is who asks for a probe's light [units]: points are moved along their normal.
 const REACH_BEYOND: f32 = 1.0;
+
+/// Half floats end at 65 504, and maps hold squares of distances [units].
+const REACH_MOST: f32 = 250.0;
 
 /// Where a probe that exists is [m].
 fn place_position(probe: u32) -> vec3<f32> {
@@ -35,7 +40,7 @@ fn place_unit() -> f32 {
 
 /// How far anybody is from a probe who asks for its light [units].
 fn place_reach(probe: u32) -> f32 {
-    return net_reach(probe) / net.unit + REACH_BEYOND;
+    return min(net_reach(probe) / net.unit + REACH_BEYOND, REACH_MOST);
 }
 
 /// The most probes that there is room for.
