@@ -302,9 +302,10 @@ impl Pool {
                     None => break None,
                 }
             };
+            // (What is farther away does not come either: the next call would only drop it again.)
             let Some(first) = first else {
                 radius = radius.min(apart);
-                continue;
+                break;
             };
             let count =
                 |is: fn(&BakedProbe) -> bool| probes.iter().filter(|of| is(of)).count() as u32;
