@@ -596,6 +596,7 @@ const PLAIN: fn(u32) -> ProbeSettings = |cells| {
         basis: ProbeBasis::Sh2Float,
         visibility: ProbeVisibility::None,
         wraps: false,
+        roots: false,
     })
 };
 

@@ -499,6 +499,7 @@ fn a_net_reproduces_linear_light() {
         n_paths: 1,
         visibility: ProbeVisibility::None,
         wraps: false,
+        roots: false,
         basis: ProbeBasis::Sh2Float,
     });
     let value = |p: DVec3| 9.0 + DVec3::new(0.7, -0.4, 0.2).dot(p);

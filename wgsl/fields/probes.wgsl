@@ -11,8 +11,8 @@
 #import lucerna::components::probes::probe_light::light_irradiance
 #import lucerna::components::voxels::bricks::{BRICK, NO_SLOT, brick_of_cell, slot_in_brick}
 #import lucerna::components::voxels::grid::{grid_from_world, is_inside, unpack_cell}
-#import lucerna::fields::probe_store::{HIDDEN_WEIGHT, ProbePlace, ProbeQuery, SIGHT_MASKS, light_of_probe}
-#import lucerna::fields::probe_store::{probe_distances, probe_weight, probes}
+#import lucerna::fields::probe_store::{HIDDEN_WEIGHT, ProbePlace, ProbeQuery, SIGHT_MASKS, blended_light, light_of_blend}
+#import lucerna::fields::probe_store::{light_of_probe, probe_distances, probe_weight, probes}
 
 /// Where the look-up finds its cell: a surface on the border between two cells belongs to the one in front of it [cells].
 const CELL_OFFSET: f32 = 1e-3;
@@ -135,7 +135,7 @@ fn probe_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
                 }
                 if share > 0.0 && probe != NO_SLOT {
                     let weight = share * probe_weight(probe, place_of_probe(probe), query);
-                    sum += weight * vec4<f32>(light_irradiance(light_of_probe(probe), normal), 1.0);
+                    sum += weight * vec4<f32>(blended_light(light_irradiance(light_of_probe(probe), normal)), 1.0);
                 }
             }
         }
@@ -143,5 +143,5 @@ fn probe_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
     if !(sum.a > 0.0) {
         return vec4<f32>(0.0);
     }
-    return vec4<f32>(max(sum.rgb / sum.a, vec3<f32>(0.0)), sum.a);
+    return vec4<f32>(light_of_blend(sum.rgb / sum.a), sum.a);
 }

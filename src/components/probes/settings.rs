@@ -122,6 +122,9 @@ pub struct ProbeSettings {
     pub normal_bias: f32,
     /// Probes that are seen with less than this chance hardly count, 0 to 0.99.
     pub bleeding: f32,
+    /// Whether the roots of irradiances are blended between probes: light falls off convexly, and is too bright between probes that are blended as they
+    /// are.
+    pub roots: bool,
     /// λ of the window against ringing (`wgsl/sh/window.wgsl`, Laplacian), at least 0; 0: none.
     pub window: f32,
     /// Seed of the random numbers.
@@ -142,6 +145,7 @@ impl Default for ProbeSettings {
             wraps: true,
             normal_bias: 0.35,
             bleeding: 0.6,
+            roots: true,
             window: 0.0,
             seed: 0,
         }
@@ -180,6 +184,7 @@ impl ProbeSettings {
             wraps: u32::from(self.wraps),
             least_variance: LEAST_DEVIATION * LEAST_DEVIATION,
             bleeding: self.bleeding,
+            roots: u32::from(self.roots),
             ..Zeroable::zeroed()
         })
     }

@@ -100,6 +100,12 @@ impl Settings for ProbeVolumeSettings {
             SettingKind::number(0.0, 1.0),
             "Blur of the probes' light against ringing: bands are divided by 1 + window · l²(l + 1)²",
         ),
+        Setting::new(
+            "roots",
+            "",
+            SettingKind::Switch,
+            "Blend the roots of irradiances: light falls off convexly, and straight lines between probes are above that",
+        ),
         setting::SEED,
     ];
 
@@ -126,6 +132,7 @@ impl Settings for ProbeVolumeSettings {
             9 => Number(of.normal_bias),
             10 => Number(of.bleeding),
             11 => Number(of.window),
+            12 => Switch(of.roots),
             _ => Integer(of.seed),
         }
     }
@@ -155,7 +162,8 @@ impl Settings for ProbeVolumeSettings {
             (9, Number(cells)) => of.normal_bias = cells,
             (10, Number(chance)) => of.bleeding = chance,
             (11, Number(lambda)) => of.window = lambda,
-            (12, Integer(n)) => of.seed = n,
+            (12, Switch(is_on)) => of.roots = is_on,
+            (13, Integer(n)) => of.seed = n,
             _ => {}
         }
     }

@@ -8,7 +8,8 @@
 #import lucerna::components::voxels::grid::grid_from_world
 #import lucerna::fields::probe_net::{net_position, net_weights}
 #import lucerna::fields::probe_places::place_reach
-#import lucerna::fields::probe_store::{ProbePlace, ProbeQuery, light_of_probe, probe_weight, probes}
+#import lucerna::fields::probe_store::{ProbePlace, ProbeQuery, blended_light, light_of_blend, light_of_probe}
+#import lucerna::fields::probe_store::{probe_weight, probes}
 
 /// Where a probe is [units].
 fn place_of_probe(probe: u32) -> ProbePlace {
@@ -29,11 +30,11 @@ fn probe_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
         if found.weights[ix] > 0.0 {
             let probe = found.probes[ix];
             let weight = found.weights[ix] * probe_weight(probe, place_of_probe(probe), query);
-            sum += weight * vec4<f32>(light_irradiance(light_of_probe(probe), normal), 1.0);
+            sum += weight * vec4<f32>(blended_light(light_irradiance(light_of_probe(probe), normal)), 1.0);
         }
     }
     if !(sum.a > 0.0) {
         return vec4<f32>(0.0);
     }
-    return vec4<f32>(max(sum.rgb / sum.a, vec3<f32>(0.0)), sum.a);
+    return vec4<f32>(light_of_blend(sum.rgb / sum.a), sum.a);
 }
