@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Functions that wait for the GPU, for programs and tests. Nothing else in the library waits.
 
+#[cfg(all(feature = "bake", feature = "nets"))]
+mod sparse_probes;
+
 use crate::components::convergence;
 #[cfg(feature = "nets")]
 use crate::components::probe_net::{
@@ -31,6 +34,11 @@ use crate::techniques::reference::{
 };
 use crate::techniques::{Stat, StatSource, Technique, TechniqueError};
 use std::time::{Duration, Instant};
+
+#[cfg(all(feature = "bake", feature = "nets"))]
+pub use sparse_probes::{
+    BakeStage, SparseBakeError, SparseScene, bake_sparse_probes, plan_sparse_probes,
+};
 
 /// As [`Gpu::open`], but waits.
 ///

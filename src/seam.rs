@@ -148,6 +148,19 @@ pub struct Surroundings {
     pub farthest: f32,
 }
 
+/// A mesh that does not move, where it is in the world: what is needed to make texture coordinates for it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StaticMesh {
+    /// For messages.
+    pub name: String,
+    /// \[m\]
+    pub positions: Vec<Vec3>,
+    /// Texture coordinates of a lightmap, as many as `positions`; empty: there are none.
+    pub second_uv: Vec<glam::Vec2>,
+    /// Three vertices each; the front is where they run counter-clockwise.
+    pub triangles: Vec<[u32; 3]>,
+}
+
 /// Numbers that change whenever something in the scene changes. Techniques, shadow maps and accumulators compare them
 /// with the numbers of their last frame, so no call is needed to report a change. Two scenes have no number in common,
 /// unless [`Revised`] gives one to both.

@@ -4,7 +4,7 @@
 use super::CommandResult;
 use super::net_args::NetArguments;
 use super::progress::Meter;
-use super::render::settings::{BAKES, SettingArguments};
+use super::render::settings::{BAKES, NEEDS_BAKE, SettingArguments};
 use super::render::{check_writable, interrupt_flag, upload, warn_of_faults};
 use super::scene_args::{AdapterArguments, SceneArguments};
 use clap::Args;
@@ -28,13 +28,13 @@ use std::time::{Duration, Instant};
 #[derive(Args, Clone, Debug)]
 pub struct BakeArguments {
     #[command(flatten)]
-    scene: SceneArguments,
+    pub scene: SceneArguments,
     /// Whose light is baked.
-    #[arg(long, value_name = "TECHNIQUE", default_value = BAKES, value_parser = PossibleValuesParser::new([BAKES]))]
+    #[arg(long, value_name = "TECHNIQUE", default_value = BAKES, value_parser = PossibleValuesParser::new([BAKES, NEEDS_BAKE]))]
     technique: String,
     /// The file. While it is being computed, FILE.part keeps what is there: after an interruption, the same command goes on.
     #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    pub output: PathBuf,
     /// Write positions and coefficients as JSON as well, for other programs.
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
@@ -47,19 +47,25 @@ pub struct BakeArguments {
     sky_parts: bool,
     /// Begin anew, even if FILE or FILE.part could go on.
     #[arg(long, conflicts_with = "relight")]
-    fresh: bool,
+    pub fresh: bool,
     /// Reflections before the one that is seen. [default: 15]
     #[arg(long, value_parser = clap::value_parser!(u32).range(0..=63))]
     bounces: Option<u32>,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
-    seed: u32,
+    pub seed: u32,
+    /// Put the probes at the points of a JSON file, [[x, y, z], …] (only sparse-probes).
+    #[arg(long, value_name = "FILE.json")]
+    pub probe_list: Option<PathBuf>,
+    /// Bake part K of N, to be joined with `lucerna merge` (only sparse-probes).
+    #[arg(long, value_name = "K/N", value_parser = crate::sparse_bake::parse_shard)]
+    pub shard: Option<crate::sparse_bake::Shard>,
     #[command(flatten)]
-    settings: SettingArguments<true>,
+    pub settings: SettingArguments<true>,
     #[command(flatten)]
     net: NetArguments,
     #[command(flatten)]
-    adapter: AdapterArguments,
+    pub adapter: AdapterArguments,
 }
 
 /// Time between two writes of the unfinished file.
@@ -73,6 +79,22 @@ pub fn bake(arguments: &BakeArguments) -> CommandResult {
     check_writable(output)?;
     if let Some(json) = &arguments.json {
         check_writable(json)?;
+    }
+    if technique.name == NEEDS_BAKE {
+        let given = [
+            (arguments.json.is_some(), "json"),
+            (arguments.relight, "relight"),
+            (arguments.sky_parts, "sky-parts"),
+            (arguments.bounces.is_some(), "bounces"),
+            (arguments.net.is_given(), "net"),
+        ];
+        if let Some((_, name)) = given.iter().find(|(is_given, _)| *is_given) {
+            return Err(format!("--{name} means nothing to {NEEDS_BAKE}").into());
+        }
+        return crate::sparse_bake::bake(arguments, technique);
+    }
+    if arguments.probe_list.is_some() || arguments.shard.is_some() {
+        return Err(format!("--probe-list and --shard mean nothing to {}", technique.name).into());
     }
     let bounces = arguments.bounces.map(|n| (n + 1).to_string());
     let seed = arguments.seed.to_string();
@@ -238,7 +260,8 @@ enum Start {
     Light(Box<ProbeBake>),
 }
 
-fn part_of(output: &Path) -> PathBuf {
+/// Where an unfinished file is kept.
+pub fn part_of(output: &Path) -> PathBuf {
     let mut name = output.as_os_str().to_owned();
     name.push(".part");
     name.into()

@@ -28,6 +28,7 @@ mod progress;
 mod render;
 mod scene_args;
 mod sheet;
+mod sparse_bake;
 
 use clap::{Parser, Subcommand};
 use std::io::IsTerminal;
@@ -55,6 +56,8 @@ enum Command {
     Reference(render::ReferenceArguments),
     /// Compute a technique's light once, for `render --bake`.
     Bake(bake::BakeArguments),
+    /// Join the parts of a bake that `bake --shard` divided.
+    Merge(sparse_bake::MergeArguments),
     /// Measure how much a picture differs from another.
     Compare(compare::CompareArguments),
     /// Put pictures side by side, with labels and with how much each differs from the first.
@@ -88,6 +91,7 @@ fn main() -> ExitCode {
         Command::Render(arguments) => render::render(&arguments),
         Command::Reference(arguments) => render::reference(&arguments),
         Command::Bake(arguments) => bake::bake(&arguments),
+        Command::Merge(arguments) => sparse_bake::merge(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Sheet(arguments) => sheet::sheet(&arguments),
         Command::Kernels(arguments) => kernels::kernels(&arguments),

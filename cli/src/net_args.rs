@@ -113,7 +113,8 @@ impl NetArguments {
     }
 }
 
-fn read_points(file: &Path) -> Result<Vec<Vec3>, String> {
+/// A list of points \[m\].
+pub fn read_points(file: &Path) -> Result<Vec<Vec3>, String> {
     let fail = |what: String| format!("{}: {what}", file.display());
     let text = std::fs::read_to_string(file).map_err(|error| fail(error.to_string()))?;
     let json: serde_json::Value =

@@ -9,14 +9,20 @@
 //! | [`voxel_surfels`] | where in their cells the surfaces are that faces see, for rays from one to the next |
 //! | [`voxel_pyramid`] | light and opacity of ever coarser voxels, for cones |
 //! | [`probes`] | light that arrives at the corners of cells with surfaces, and how far one sees from there |
+//! | `lightmap` (feature `bake`) | texture coordinates of all surfaces, and the points that texels stand for |
 //! | [`shadow_maps`] | what lights see |
+//! | `sparse_probes` (feature `bake`) | a lightmap of indirect light, from few probes and precomputed transport |
 //! | [`convergence`] | how much light that is gathered over frames still changes |
 
 pub mod convergence;
+#[cfg(feature = "bake")]
+pub mod lightmap;
 #[cfg(feature = "nets")]
 pub mod probe_net;
 pub mod probes;
 pub mod shadow_maps;
+#[cfg(feature = "bake")]
+pub mod sparse_probes;
 pub mod voxel_light;
 pub mod voxel_pyramid;
 pub mod voxel_surfels;

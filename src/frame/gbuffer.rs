@@ -9,7 +9,7 @@ use crate::gpu::{
 use crate::seam::{Mismatch, SceneSeam, check_shaders};
 use glam::UVec2;
 
-/// Textures that hold the surface in each pixel, 28 bytes per pixel. Their contents are documented in
+/// Textures that hold the surface in each pixel, 32 bytes per pixel. Their contents are documented in
 /// `wgsl/frame/gbuffer.wgsl`, whose `decode_gbuffer` reads them.
 ///
 /// All can be bound as textures and copied from.
@@ -23,6 +23,8 @@ pub struct GBuffer {
     pub emission: wgpu::TextureView,
     /// Picture coordinates in the previous frame, minus the current ones.
     pub motion: wgpu::TextureView,
+    /// Which triangle, as `scene::triangles` counts them.
+    pub triangles: wgpu::TextureView,
     /// near/z; 0: no surface.
     pub depth: wgpu::TextureView,
     size: UVec2,
@@ -37,6 +39,8 @@ impl GBuffer {
     pub const EMISSION: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
     /// xy: motion.
     pub const MOTION: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
+    /// Index of the triangle.
+    pub const TRIANGLES: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
     /// near/z.
     pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -53,6 +57,7 @@ impl GBuffer {
             normals: view("normals", Self::NORMALS),
             emission: view("emission", Self::EMISSION),
             motion: view("motion", Self::MOTION),
+            triangles: view("triangles", Self::TRIANGLES),
             depth: view("depth", Self::DEPTH),
             size,
         })
@@ -67,6 +72,7 @@ impl GBuffer {
         normals: wgpu::TextureView,
         emission: wgpu::TextureView,
         motion: wgpu::TextureView,
+        triangles: wgpu::TextureView,
         depth: wgpu::TextureView,
     ) -> Result<Self, GpuError> {
         let size = albedo.texture().size();
@@ -75,6 +81,7 @@ impl GBuffer {
             ("normals", &normals, Self::NORMALS),
             ("emission", &emission, Self::EMISSION),
             ("motion", &motion, Self::MOTION),
+            ("triangles", &triangles, Self::TRIANGLES),
             ("depth", &depth, Self::DEPTH),
         ] {
             let texture = view.texture();
@@ -93,6 +100,7 @@ impl GBuffer {
             normals,
             emission,
             motion,
+            triangles,
             depth,
             size: UVec2::new(size.width, size.height),
         })
@@ -109,6 +117,7 @@ impl PixelSurfaces for GBuffer {
             ("albedo_texture", (&self.albedo).into()),
             ("normal_texture", (&self.normals).into()),
             ("emission_texture", (&self.emission).into()),
+            ("triangle_texture", (&self.triangles).into()),
             ("depth_texture", (&self.depth).into()),
         ]
     }
@@ -129,7 +138,13 @@ impl GBufferPass {
     pub fn new(gpu: &Gpu, scene: &dyn SceneSeam) -> Result<Self, Mismatch> {
         let raster = scene.raster_group().ok_or(Mismatch::NoRaster)?;
         let state = RenderState {
-            targets: &[GBuffer::ALBEDO, GBuffer::NORMALS, GBuffer::EMISSION, GBuffer::MOTION],
+            targets: &[
+                GBuffer::ALBEDO,
+                GBuffer::NORMALS,
+                GBuffer::EMISSION,
+                GBuffer::MOTION,
+                GBuffer::TRIANGLES,
+            ],
             depth: Some(wgpu::DepthStencilState {
                 format: GBuffer::DEPTH,
                 depth_write_enabled: Some(true),
@@ -158,7 +173,8 @@ impl GBufferPass {
         check_shaders(&self.shaders, scene)?;
         check_size("G-buffer", view.size(), gbuffer.size)?;
         let raster = scene.raster_group().ok_or(Mismatch::NoRaster)?;
-        let targets = [&gbuffer.albedo, &gbuffer.normals, &gbuffer.emission, &gbuffer.motion];
+        let GBuffer { albedo, normals, emission, motion, triangles, .. } = gbuffer;
+        let targets = [albedo, normals, emission, motion, triangles];
         let pass = &mut recorder.render("frame/gbuffer", &targets, Some(&gbuffer.depth));
         let bound = [("view", Resource::Uniform(bytemuck::bytes_of(view.data())))];
         self.kernel.draw(pass, Some(raster), &bound, 3 * scene.facts().n_triangles);

@@ -5,6 +5,7 @@ use super::atlas::{Atlas, Encoding};
 use crate::bindings::lucerna::scene::data as wgsl;
 use crate::bindings::lucerna::scene::types::NONE;
 use crate::scene::{AlphaMode, Material, Scene, TextureRef};
+use crate::seam::StaticMesh;
 use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
 
 /// Beyond this, products in ray tests exceed f32's range.
@@ -62,6 +63,29 @@ impl WorldTriangles {
                     out.skipped += 1;
                 }
             }
+        }
+        out
+    }
+
+    /// The same triangles as meshes, one for each instance, in the same order.
+    pub fn static_meshes(&self, scene: &Scene) -> Vec<StaticMesh> {
+        let mut out: Vec<StaticMesh> = Vec::new();
+        let mut last = None;
+        for origin in &self.origins {
+            let instance = &scene.instances[origin.instance as usize];
+            let mesh = &scene.meshes[instance.mesh];
+            if last != Some(origin.instance) {
+                last = Some(origin.instance);
+                let world = |p: &Vec3| instance.world_from_object.transform_point3(*p);
+                out.push(StaticMesh {
+                    name: mesh.name.clone(),
+                    positions: mesh.positions.iter().map(world).collect(),
+                    second_uv: mesh.uv1.clone(),
+                    triangles: Vec::new(),
+                });
+            }
+            let vertices = origin.vertices(scene).map(|v| v as u32);
+            out.last_mut().into_iter().for_each(|mesh| mesh.triangles.push(vertices));
         }
         out
     }

@@ -112,6 +112,7 @@ pub struct GpuScene {
     raster_group: SceneGroup,
     memory: SceneMemory,
     skipped_triangles: usize,
+    order: Vec<u32>,
     lights: Vec<Light>,
     sky_luminance: f32,
     /// As kernels see them.
@@ -210,7 +211,8 @@ impl GpuScene {
         scene.check_indices()?;
         let mut world = WorldTriangles::of(scene);
         let bvh = Bvh::build(&world.positions);
-        world.reorder(bvh.triangle_order());
+        let order = bvh.triangle_order().to_vec();
+        world.reorder(&order);
         let (bounds_min, bounds_max) = world.bounds();
 
         let sky = sky::SkyTextures::upload(gpu, &scene.sky)?;
@@ -295,6 +297,7 @@ impl GpuScene {
             raster_group,
             memory,
             skipped_triangles: world.skipped,
+            order,
             lights: scene.lights.clone(),
             sky_luminance: sky.mean_luminance,
             triangles,
@@ -485,6 +488,11 @@ impl GpuScene {
     /// Number of triangles left out because they have no area or are too far from the origin for f32.
     pub fn skipped_triangles(&self) -> usize {
         self.skipped_triangles
+    }
+
+    /// For each triangle, as kernels count them, its place in [`WorldTriangles::of`] the scene.
+    pub fn triangle_order(&self) -> &[u32] {
+        &self.order
     }
 
     /// How much memory the scene takes on the GPU.

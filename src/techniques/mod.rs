@@ -7,9 +7,12 @@
 //! | [`voxel_rt`] | rays from voxels, looked up by pixels |
 //! | [`voxel_cone`] | cones through prefiltered voxels |
 //! | [`probe_volume`] | light probes in a sparse grid |
+//! | `sparse_probes` (feature `bake`) | few probes, precomputed transport, a lightmap |
 
 pub mod probe_volume;
 pub mod reference;
+#[cfg(feature = "bake")]
+pub mod sparse_probes;
 pub mod voxel_cone;
 pub mod voxel_rt;
 
@@ -92,6 +95,18 @@ pub const TECHNIQUES: &[TechniqueEntry] = &[
         "Light probes in a sparse grid",
         |gpu, scene, settings, _, _| {
             Ok(Box::new(ProbeVolume::new(gpu, scene, Settings::from_texts(settings)?)?))
+        },
+    ),
+    #[cfg(feature = "bake")]
+    TechniqueEntry::new::<sparse_probes::SparseProbesSettings>(
+        "sparse-probes",
+        "Sparse radiance probes with precomputed transport, for surfaces that stand still",
+        |_, _, _, _, _| {
+            Err(TechniqueError::Other(
+                "sparse-probes needs a bake of the scene: make one with `blocking::bake_sparse_probes`, and use \
+                 `SparseProbesTechnique::new`"
+                    .into(),
+            ))
         },
     ),
 ];

@@ -195,6 +195,7 @@ fn textures_of_other_sizes() {
             view(size, normals),
             view(4, GBuffer::EMISSION),
             view(4, GBuffer::MOTION),
+            view(4, GBuffer::TRIANGLES),
             view(4, GBuffer::DEPTH),
         )
     };

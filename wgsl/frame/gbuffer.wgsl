@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The G-buffer: what a frame's kernels know about the surface in each pixel. 28 bytes per pixel.
+//! The G-buffer: what a frame's kernels know about the surface in each pixel. 32 bytes per pixel.
 //!
 //! | texture | format | holds |
 //! |---|---|---|
@@ -7,6 +7,7 @@
 //! | normals | rg32uint | shading and geometric normal, `octahedral::pack_direction`, towards the viewer |
 //! | emission | rgba16float | rgb: radiance emitted towards the camera · `view.emission_scale`; a: roughness |
 //! | motion | rg16float | where the point was in the frame before, less where it is (`frame::view`) |
+//! | triangles | r32uint | the triangle's index (`scene::triangles`) |
 //! | depth | depth32float | near/z, 0 where there is no surface |
 //!
 //! A kernel declares the textures that it reads in its own group, loads the texels of its pixel and calls

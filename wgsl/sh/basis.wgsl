@@ -106,15 +106,20 @@ fn sh_band_four(direction: vec3<f32>) -> array<f32, 9> {
 /// cos mφ and sin mφ, so that there is no angle and no pole. Error below 1e-6 of the band's
 /// greatest value, √((2l + 1)/4π).
 fn sh_basis(direction: vec3<f32>) -> array<f32, 64> {
+    return sh_basis_to(direction, SH_LAST_BAND);
+}
+
+/// As [`sh_basis`], but only bands 0 to `last` ≤ 7; the others' values are 0.
+fn sh_basis_to(direction: vec3<f32>, last: u32) -> array<f32, 64> {
     var values: array<f32, 64>;
     var sectoral = SH_CONSTANT;
     // (x + iy)ᵐ.
     var power = vec2<f32>(1.0, 0.0);
-    for (var m = 0u; m <= SH_LAST_BAND; m++) {
+    for (var m = 0u; m <= last; m++) {
         var below = 0.0;
         var current = sectoral;
         var factor_before = 1.0;
-        for (var l = m; l <= SH_LAST_BAND; l++) {
+        for (var l = m; l <= last; l++) {
             let center = l * (l + 1u);
             values[center - m] = current * power.y;
             values[center + m] = current * power.x;

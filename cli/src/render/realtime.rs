@@ -8,7 +8,7 @@ use super::{
 use crate::CommandResult;
 use crate::net_args::NetArguments;
 use crate::progress::Meter;
-use crate::render::settings::{BAKED, BAKES};
+use crate::render::settings::{BAKED, BAKES, NEEDS_BAKE};
 use clap::Args;
 use lucerna::blocking::{FrameStats, FramesToRender, Progress, read_film, render_frames_with};
 use lucerna::components::probes::{BakeError, ProbeFile};
@@ -282,6 +282,15 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
                 Some(net) => Box::new(ProbeVolume::on_net(&gpu, &gpu_scene, chosen, net)?),
                 None => technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?,
             }
+        }
+        bakes if technique.name == NEEDS_BAKE => {
+            let baked = match bakes {
+                [] => None,
+                [bake] if bake.weight == 1.0 => Some(bake.file.as_path()),
+                _ => return Err(format!("{NEEDS_BAKE} takes one --bake, without a weight").into()),
+            };
+            let of = (&gpu, &gpu_scene, &scene, arguments.scene.diffuse);
+            Box::new(crate::sparse_bake::technique(of, &settings, baked, &of_voxels)?)
         }
         [] => technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?,
         bakes if technique.name == BAKES => {

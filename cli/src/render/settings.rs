@@ -13,10 +13,21 @@ pub struct SettingArguments<const OF_BAKES: bool = false> {
     given: Vec<(&'static str, String)>,
 }
 
-/// The technique that bakes.
+/// The technique whose probes are baked by default.
 pub const BAKES: &str = "probe-volume";
+/// The technique that is nothing without a bake.
+pub const NEEDS_BAKE: &str = "sparse-probes";
 
-/// Its settings that are fixed when it has baked; the others are chosen when light is looked up.
+/// The settings of a technique that are fixed when it has been baked.
+pub fn baked_settings(technique: &str) -> &'static [&'static str] {
+    match technique {
+        BAKES => &BAKED,
+        NEEDS_BAKE => &lucerna::techniques::sparse_probes::BAKED,
+        _ => &[],
+    }
+}
+
+/// Settings of [`BAKES`] that are fixed when it has baked; the others are chosen when light is looked up.
 pub const BAKED: [&str; 7] = ["cells", "paths", "bounces", "noise", "refine", "relocation", "seed"];
 
 /// Flags of `render` itself: all techniques have them.
@@ -32,7 +43,7 @@ fn flags(of_bakes: bool) -> Vec<Flag> {
     let mut flags: Vec<Flag> = Vec::new();
     for technique in TECHNIQUES {
         for (setting, default) in technique.settings.iter().zip((technique.defaults)()) {
-            let is_baked = technique.name == BAKES && BAKED.contains(&setting.name);
+            let is_baked = baked_settings(technique.name).contains(&setting.name);
             if SHARED.contains(&setting.name) || (of_bakes && !is_baked) {
                 continue;
             }

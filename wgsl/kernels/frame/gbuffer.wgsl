@@ -2,7 +2,7 @@
 //! Fills the G-buffer: all triangles of the scene, from either side.
 //!
 //! Draw: 3·n triangles' vertices, one instance, no vertex buffers (corners are pulled from the scene),
-//! no culling, depth test `greater` with writes. Colour targets: albedo, normals, emission, motion
+//! no culling, depth test `greater` with writes. Colour targets: albedo, normals, emission, motion, triangles
 //! (`frame::gbuffer`). The fragment writes its depth, so triangles are tested after shading.
 
 #import lucerna::frame::gbuffer::encode_gbuffer
@@ -31,6 +31,7 @@ struct Texels {
     @location(1) normals: vec2<u32>,
     @location(2) emission: vec4<f32>,
     @location(3) motion: vec2<f32>,
+    @location(4) triangle: u32,
     @builtin(frag_depth) depth: f32,
 }
 
@@ -65,6 +66,7 @@ fn surface(in: Corner) -> Texels {
         texels.normals,
         texels.emission,
         motion_at(view, position, point),
+        in.triangle,
         texels.depth,
     );
 }

@@ -1,0 +1,689 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Bakes of sparse probes.
+
+use super::{PlaceNetError, is_free, nearest_hits, read_buffer, voxels_of, words};
+use crate::components::lightmap::{
+    LightmapError, LightmapSettings, LightmapUvs, NO_CHART, SurfacePoint, unwrap,
+};
+use crate::components::probe_net::InspectPass;
+use crate::components::sparse_probes::{
+    BakedCluster, LightmapField, LookPass, Receiver, SparseBake, SparsePlan, SparseSettings,
+    SparseSurfaces, TransportPasses, batch_bytes, clustered, places_of, radius_at,
+};
+use crate::components::voxels::{Resolution, grid_for_bounds};
+use crate::gpu::{Gpu, GpuError, Recorder, storage_buffer};
+use crate::rays::{NONE, Ray, RayKernel, RayQuestion};
+use crate::scene::SceneFingerprint;
+use crate::seam::{SceneSeam, StaticMesh};
+use glam::{Vec2, Vec3};
+use std::collections::BinaryHeap;
+use std::sync::mpsc;
+
+/// A scene to bake: what kernels see, and its meshes.
+#[derive(Clone, Copy)]
+pub struct SparseScene<'a> {
+    /// What kernels see.
+    pub seam: &'a dyn SceneSeam,
+    /// Its surfaces.
+    pub meshes: &'a [StaticMesh],
+    /// For each triangle of the seam, which one of the meshes it is.
+    pub order: &'a [u32],
+    /// What bakes know it by.
+    pub fingerprint: SceneFingerprint,
+}
+
+/// How far a bake is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BakeStage {
+    /// Texture coordinates are made.
+    Unwrapping,
+    /// Probes are placed.
+    Placing,
+    /// It is found out which probes see which receivers: steps done, and in all.
+    Looking(u32, u32),
+    /// Transport is computed: clusters done, and in all.
+    Transport(u32, u32),
+}
+
+/// Sparse probes could not be baked.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SparseBakeError {
+    /// Texture coordinates could not be made.
+    #[error(transparent)]
+    Lightmap(#[from] LightmapError),
+    /// Probes could not be placed.
+    #[error(transparent)]
+    Place(#[from] PlaceNetError),
+    /// A limit of the device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The device was lost.
+    #[error(transparent)]
+    Lost(#[from] super::LostGpu),
+    /// Something else.
+    #[error("{0}")]
+    Failed(String),
+    /// It was stopped.
+    #[error("stopped")]
+    Stopped,
+    /// What is done could not be kept.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+}
+
+/// Candidates for each probe that is placed, and in all, at least.
+const CANDIDATES_PER_PROBE: usize = 16;
+const LEAST_CANDIDATES: usize = 2048;
+/// Samples of what receivers see, by which probes are placed.
+const N_SAMPLES: usize = 8192;
+/// Texels of a chart that are asked whether a candidate sees them, and how many candidates each asks.
+const TEXELS_PER_CHART: usize = 8;
+const ASKED: usize = 24;
+/// Rays from texels of charts that no candidate sees. If one of so many ends at what candidates see, the chart is lit.
+const GLANCES: usize = 8;
+const GLANCES_PER_SEEN: usize = 4;
+/// Rays that are traced at once.
+const RAYS_AT_ONCE: usize = 1 << 20;
+/// The radius, in units of the edge of a square of as much surface as there is for each probe.
+const RADIUS_PER_SPACING: f32 = 0.45;
+
+/// Everything that a bake decides before it computes transport: texture coordinates, receivers, probes, clusters. `placed`: where the probes are
+/// \[m\]; None: they are placed by themselves. Remarks are added to `notes`.
+///
+/// # Errors
+/// [`SparseBakeError`]
+pub fn plan_sparse_probes(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    settings: SparseSettings,
+    placed: Option<&[Vec3]>,
+    notes: &mut Vec<String>,
+    keep_going: &(dyn Fn(BakeStage) -> bool + Sync),
+) -> Result<SparsePlan, SparseBakeError> {
+    let go_on = |stage| if keep_going(stage) { Ok(()) } else { Err(SparseBakeError::Stopped) };
+    go_on(BakeStage::Unwrapping)?;
+    let of_lightmap = LightmapSettings {
+        n_texels: settings.n_texels,
+        uses_second_uv: settings.uses_second_uv,
+        ..LightmapSettings::default()
+    };
+    let uvs = unwrap(scene.meshes, &of_lightmap, &|| keep_going(BakeStage::Unwrapping))?;
+    notes.extend(uvs.notes.iter().cloned());
+    if uvs.n_without_chart() > 0 {
+        notes.push(format!(
+            "{} of {} triangles are too thin for texture coordinates, and get no indirect light",
+            uvs.n_without_chart(),
+            uvs.charts.len()
+        ));
+    }
+    let surfaces = SparseSurfaces::new(scene.meshes, uvs.size, &uvs.corners);
+    go_on(BakeStage::Placing)?;
+    let candidates = match placed {
+        Some(points) => given(gpu, scene, points, notes)?,
+        None if settings.n_probes == 0 => Vec::new(),
+        None => candidates(gpu, scene, settings.n_probes as usize)?,
+    };
+    let lit_sides = lit_sides(gpu, scene, &uvs, &surfaces, &candidates)?;
+    let mut receivers: Vec<Receiver> = Vec::new();
+    let texels = surfaces.texels();
+    for (ix, [x, y]) in texels.texels.iter().enumerate() {
+        let point = texels.points_of(ix)[0];
+        let chart = uvs.charts[point.triangle as usize] as usize;
+        for side in (0..2).filter(|side| lit_sides[chart][*side as usize]) {
+            receivers.push(Receiver {
+                triangle: point.triangle,
+                weights: point.weights,
+                texel: u32::from(*x) | u32::from(*y) << 16,
+                side,
+            });
+        }
+    }
+    let mut radius = settings.radius;
+    if radius == 0.0 {
+        let area = receivers.len() as f32 / uvs.texels_per_metre.powi(2);
+        let n = placed.map_or(settings.n_probes, |of| of.len() as u32).max(1);
+        radius = RADIUS_PER_SPACING * (area / n as f32).sqrt();
+    }
+    go_on(BakeStage::Placing)?;
+    let most_probes = placed.is_none().then_some(settings.n_probes as usize);
+    let (probes, coverage) =
+        chosen(gpu, scene, &surfaces, &receivers, candidates, radius, most_probes)?;
+    let positions: Vec<Vec3> = receivers.iter().map(|of| surfaces.position(of)).collect();
+    let most = most_of_cluster(&settings, probes.len());
+    let (order, clusters) = clustered(&positions, most);
+    let receivers: Vec<Receiver> = order.iter().map(|ix| receivers[*ix as usize]).collect();
+    let radius_of =
+        |ix: &u32| radius_at(positions[*ix as usize], &probes, radius, settings.support);
+    let mut plan = SparsePlan {
+        scene: scene.fingerprint,
+        settings,
+        size: uvs.size,
+        texels_per_metre: uvs.texels_per_metre,
+        radius,
+        placed: placed.map_or(0, hash_of_places),
+        radii: order.iter().map(radius_of).collect(),
+        corners: uvs.corners,
+        probes,
+        receivers,
+        clusters,
+        seen: Vec::new(),
+        coverage,
+    };
+    plan.seen = seen(gpu, scene, &plan)?;
+    Ok(plan)
+}
+
+/// A hash of given places, never 0.
+fn hash_of_places(points: &[Vec3]) -> u64 {
+    let bytes: Vec<u8> =
+        points.iter().flat_map(|at| at.to_array()).flat_map(f32::to_le_bytes).collect();
+    xxhash_rust::xxh3::xxh3_64(&bytes).max(1)
+}
+
+/// The most receivers of a cluster, so that their transport fits into memory.
+fn most_of_cluster(settings: &SparseSettings, n_probes: usize) -> usize {
+    let row = 4 * (u64::from(settings.n_coefficients()) * n_probes as u64 + 2);
+    ((64 << 20) / row).clamp(1, settings.cluster_size.into()) as usize
+}
+
+/// Those of given points that are free.
+fn given(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    points: &[Vec3],
+    notes: &mut Vec<String>,
+) -> Result<Vec<Vec3>, SparseBakeError> {
+    let inspect = InspectPass::new(gpu, scene.seam);
+    let is_free = is_free(gpu, scene.seam, &inspect, points, f32::MAX)?;
+    let free: Vec<Vec3> =
+        points.iter().zip(&is_free).filter(|(_, free)| **free).map(|(p, _)| *p).collect();
+    if free.len() < points.len() {
+        notes.push(format!(
+            "{} of {} given probes are inside something, and are left out",
+            points.len() - free.len(),
+            points.len()
+        ));
+    }
+    Ok(free)
+}
+
+/// Places where probes could be: the middles of empty voxels beside occupied ones, of voxels so small that there are enough.
+fn candidates(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    n_probes: usize,
+) -> Result<Vec<Vec3>, SparseBakeError> {
+    let facts = scene.seam.facts();
+    let inspect = InspectPass::new(gpu, scene.seam);
+    let mut found: Vec<Vec3> = Vec::new();
+    for n in [6, 9, 13, 19, 27, 38, 54, 76, 108] {
+        // (A margin of 1.5 voxels on both sides.)
+        let (low, high) = (facts.bounds_min, facts.bounds_max);
+        let grid = grid_for_bounds(low, high, Resolution::Longest(n + 3), 1, None)
+            .map_err(PlaceNetError::from)?;
+        let points = voxels_of(gpu, scene.seam, grid)?.beside_surfaces();
+        let is_free = is_free(gpu, scene.seam, &inspect, &points, 4.0 * grid.cell)?;
+        let free: Vec<Vec3> =
+            points.into_iter().zip(is_free).filter_map(|(p, free)| free.then_some(p)).collect();
+        let is_enough = free.len() >= LEAST_CANDIDATES.max(CANDIDATES_PER_PROBE * n_probes);
+        if free.len() > found.len() {
+            found = free;
+        }
+        if is_enough {
+            break;
+        }
+    }
+    Ok(found)
+}
+
+/// How far rays start from surfaces, of the scene's diagonal.
+const OFFSET: f32 = 2e-5;
+
+/// Which sides of each chart a candidate sees: only these get receivers. Without candidates, all of them.
+fn lit_sides(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    uvs: &LightmapUvs,
+    surfaces: &SparseSurfaces,
+    candidates: &[Vec3],
+) -> Result<Vec<[bool; 2]>, SparseBakeError> {
+    let mut out = vec![[candidates.is_empty(); 2]; uvs.n_charts as usize];
+    if candidates.is_empty() {
+        return Ok(out);
+    }
+    let texels = surfaces.texels();
+    let mut of_chart: Vec<Vec<u32>> = vec![Vec::new(); uvs.n_charts as usize];
+    for ix in 0..texels.len() {
+        let chart = uvs.charts[texels.points_of(ix)[0].triangle as usize];
+        if chart != NO_CHART {
+            of_chart[chart as usize].push(ix as u32);
+        }
+    }
+    let offset = OFFSET * scene.seam.facts().diagonal();
+    let mut asked: Vec<Receiver> = Vec::new();
+    let mut charts = Vec::new();
+    for (chart, texels_of) in of_chart.iter().enumerate() {
+        let n = texels_of.len().min(TEXELS_PER_CHART);
+        for k in 0..n {
+            let texel = texels_of[(2 * k + 1) * texels_of.len() / (2 * n)];
+            let point = texels.points_of(texel as usize)[0];
+            let SurfacePoint { triangle, weights } = point;
+            for side in 0..2 {
+                asked.push(Receiver { triangle, weights, texel: 0, side });
+                charts.push(chart);
+            }
+        }
+    }
+    let is_seen =
+        seen_from_near(gpu, scene, surfaces, &asked.iter().collect::<Vec<_>>(), candidates)?;
+    for ((receiver, chart), is_seen) in asked.iter().zip(&charts).zip(is_seen) {
+        out[*chart][receiver.side as usize] |= is_seen;
+    }
+    // What is in a corner that no candidate sees, but sees what candidates see, is lit as well: leaves in a bush, for example.
+    for _ in 0..2 {
+        let still: Vec<(Receiver, usize)> = asked
+            .iter()
+            .zip(&charts)
+            .filter(|(of, chart)| !out[**chart][of.side as usize])
+            .map(|(of, chart)| (*of, *chart))
+            .collect();
+        let rays: Vec<Ray> = still
+            .iter()
+            .enumerate()
+            .flat_map(|(ix, (of, _))| {
+                (0..GLANCES).map(move |k| hemisphere_ray(surfaces, of, GLANCES * ix + k, offset))
+            })
+            .collect();
+        let hits = nearest_hits(gpu, scene.seam, &rays)?;
+        let mut seen = vec![[0usize; 2]; out.len()];
+        let mut n_asked = seen.clone();
+        for (k, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
+            let (of, chart) = &still[k / GLANCES];
+            n_asked[*chart][of.side as usize] += 1;
+            if hit.triangle == NONE {
+                continue;
+            }
+            let triangle = scene.order[hit.triangle as usize] as usize;
+            let normal = normal_of(&surfaces.corners[triangle]);
+            let side = usize::from(normal.dot(ray.direction) > 0.0);
+            let is_lit = out.get(uvs.charts[triangle] as usize).is_some_and(|lit| lit[side]);
+            seen[*chart][of.side as usize] += usize::from(is_lit);
+        }
+        for (chart, lit) in out.iter_mut().enumerate() {
+            for side in 0..2 {
+                let (seen, asked) = (seen[chart][side], n_asked[chart][side]);
+                lit[side] |= asked > 0 && GLANCES_PER_SEEN * seen >= asked;
+            }
+        }
+    }
+    Ok(out)
+}
+
+fn normal_of(corners: &[Vec3; 3]) -> Vec3 {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    (b - a).cross(c - a).normalize_or_zero().as_vec3()
+}
+
+/// A cosine-distributed ray from a receiver, number `ix` of a sequence.
+fn hemisphere_ray(surfaces: &SparseSurfaces, of: &Receiver, ix: usize, offset: f32) -> Ray {
+    let normal = surfaces.normal(of);
+    let u = r_two(ix);
+    let (radius, angle) = (u.x.sqrt(), std::f32::consts::TAU * u.y);
+    let (x, y) = normal.any_orthonormal_pair();
+    let height = (1.0 - u.x).max(0.0).sqrt();
+    let direction = radius * (angle.cos() * x + angle.sin() * y) + height * normal;
+    let origin = surfaces.position(of) + normal * offset;
+    Ray { origin, t_min: 0.0, direction, t_max: f32::MAX }
+}
+
+/// Whether some places on surfaces are seen by one of the nearest candidates in front of them.
+fn seen_from_near(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    surfaces: &SparseSurfaces,
+    asked: &[&Receiver],
+    candidates: &[Vec3],
+) -> Result<Vec<bool>, SparseBakeError> {
+    let offset = OFFSET * scene.seam.facts().diagonal();
+    let (mut rays, mut asked_by) = (Vec::new(), Vec::new());
+    for (ix, receiver) in asked.iter().enumerate() {
+        let (at, normal) = (surfaces.position(receiver), surfaces.normal(receiver));
+        let mut near: Vec<(f32, Vec3)> = candidates
+            .iter()
+            .filter(|of| (**of - at).dot(normal) > 0.0)
+            .map(|of| (of.distance_squared(at), *of))
+            .collect();
+        if near.len() > ASKED {
+            near.select_nth_unstable_by(ASKED, |a, b| a.0.total_cmp(&b.0));
+            near.truncate(ASKED);
+        }
+        let origin = at + normal * offset;
+        for (_, candidate) in near {
+            rays.push(Ray { origin, t_min: 0.0, direction: candidate - origin, t_max: 1.0 });
+            asked_by.push(ix);
+        }
+    }
+    let mut out = vec![false; asked.len()];
+    let blocked = any_hits(gpu, scene.seam, &rays)?;
+    asked_by.into_iter().zip(blocked).for_each(|(ix, blocked)| out[ix] |= !blocked);
+    Ok(out)
+}
+
+/// Whether each ray hits anything.
+fn any_hits(gpu: &Gpu, scene: &dyn SceneSeam, rays: &[Ray]) -> Result<Vec<bool>, SparseBakeError> {
+    let kernel = RayKernel::new(gpu, scene, RayQuestion::Any);
+    let copied = wgpu::BufferUsages::COPY_DST;
+    let mut out = Vec::with_capacity(rays.len());
+    for some in rays.chunks(RAYS_AT_ONCE) {
+        let bytes: &[u8] = bytemuck::cast_slice(some);
+        let advice = "use fewer probes";
+        let asked = storage_buffer(gpu, "rays", bytes.len() as u64, copied, advice)?;
+        gpu.queue.write_buffer(&asked, 0, bytes);
+        let none = wgpu::BufferUsages::empty();
+        let answers = storage_buffer(gpu, "answers", 4 * some.len() as u64, none, advice)?;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut recorder = Recorder::new(gpu, &mut encoder);
+        kernel
+            .record(&mut recorder, scene, &asked, &answers, some.len() as u32)
+            .map_err(|error| SparseBakeError::Failed(error.to_string()))?;
+        drop(recorder);
+        gpu.queue.submit([encoder.finish()]);
+        let found: Vec<u32> = words(&read_buffer(gpu, &answers)?);
+        out.extend(found[..some.len()].iter().map(|blocked| *blocked != 0));
+    }
+    Ok(out)
+}
+
+/// What a receiver sees in one direction.
+struct Sample {
+    from: Vec3,
+    /// The point that is hit, moved off its surface, and the normal towards the receiver; or the direction to the sky.
+    target: Result<(Vec3, Vec3), Vec3>,
+}
+
+/// Point `ix` of the R2 sequence (M. Roberts, 2018) in the unit square.
+fn r_two(ix: usize) -> Vec2 {
+    let of = |a: f64| (0.5 + ix as f64 * a).fract() as f32;
+    Vec2::new(of(0.754_877_666_246_692_7), of(0.569_840_290_998_053_3))
+}
+
+fn samples(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    surfaces: &SparseSurfaces,
+    receivers: &[Receiver],
+    candidates: &[Vec3],
+) -> Result<Vec<Sample>, SparseBakeError> {
+    let offset = OFFSET * scene.seam.facts().diagonal();
+    // (Places that nobody can see, inside solids for example, are not asked what they see.)
+    let n = N_SAMPLES.min(16 * receivers.len());
+    let asked: Vec<&Receiver> = (0..n).map(|k| &receivers[k * receivers.len() / n]).collect();
+    let is_seen = seen_from_near(gpu, scene, surfaces, &asked, candidates)?;
+    let rays: Vec<Ray> = (0..n)
+        .filter(|k| is_seen[*k])
+        .map(|k| hemisphere_ray(surfaces, asked[k], k, offset))
+        .collect();
+    let hits = nearest_hits(gpu, scene.seam, &rays)?;
+    let sample = |(ray, hit): (&Ray, &crate::rays::Hit)| {
+        if hit.triangle == NONE {
+            return Sample { from: ray.origin, target: Err(ray.direction) };
+        }
+        let triangle = scene.order[hit.triangle as usize] as usize;
+        let normal = normal_of(&surfaces.corners[triangle]);
+        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+        let at = ray.origin + hit.t * ray.direction + offset * normal;
+        Sample { from: ray.origin, target: Ok((at, normal)) }
+    };
+    Ok(rays.iter().zip(&hits).map(sample).collect())
+}
+
+/// The probes among candidates that see most of what receivers see: greedily, those that add most. Each sample counts one if a probe sees it, and up
+/// to one more the nearer that probe is to the receiver. (The sum is submodular, so that the greedy choice is at least 63 % of the best one: G.
+/// Nemhauser, L. Wolsey, M. Fisher, 1978.) `most`: None takes all. Returns also how many samples there are, and how many no probe sees.
+fn chosen(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    surfaces: &SparseSurfaces,
+    receivers: &[Receiver],
+    candidates: Vec<Vec3>,
+    radius: f32,
+    most: Option<usize>,
+) -> Result<(Vec<Vec3>, [u32; 2]), SparseBakeError> {
+    if receivers.is_empty() || candidates.is_empty() {
+        return Ok((candidates, [0, 0]));
+    }
+    let samples = samples(gpu, scene, surfaces, receivers, &candidates)?;
+    let (mut rays, mut pairs): (Vec<Ray>, Vec<(u32, u32, f32)>) = Default::default();
+    for (ix, candidate) in (0u32..).zip(&candidates) {
+        for (sample_ix, sample) in (0u32..).zip(&samples) {
+            let t = candidate.distance(sample.from) / radius;
+            if t >= 1.0 {
+                continue;
+            }
+            let ray = match sample.target {
+                Ok((at, normal)) if (*candidate - at).dot(normal) > 0.0 => {
+                    Ray { origin: at, t_min: 0.0, direction: *candidate - at, t_max: 1.0 }
+                }
+                Ok(_) => continue,
+                Err(direction) => {
+                    Ray { origin: *candidate, t_min: 0.0, direction, t_max: f32::MAX }
+                }
+            };
+            rays.push(ray);
+            pairs.push((ix, sample_ix, 1.0 + (2.0 * t - 3.0) * t * t + 1.0));
+        }
+    }
+    let blocked = any_hits(gpu, scene.seam, &rays)?;
+    let mut sees: Vec<Vec<(u32, f32)>> = vec![Vec::new(); candidates.len()];
+    for ((candidate, sample, value), blocked) in pairs.into_iter().zip(blocked) {
+        if !blocked {
+            sees[candidate as usize].push((sample, value));
+        }
+    }
+    let mut best = vec![0.0f32; samples.len()];
+    let mut kept = Vec::new();
+    let gain = |of: &[(u32, f32)], best: &[f32]| -> f64 {
+        of.iter().map(|(ix, value)| f64::from((value - best[*ix as usize]).max(0.0))).sum()
+    };
+    // (Gains only fall, so that the largest of old gains is worth asking first.)
+    let mut heap: BinaryHeap<Gain> =
+        (0..candidates.len()).map(|ix| Gain(gain(&sees[ix], &best), ix)).collect();
+    while let Some(Gain(_, ix)) = heap.pop() {
+        if most.is_some_and(|most| kept.len() >= most) {
+            break;
+        }
+        let now = gain(&sees[ix], &best);
+        if most.is_some() && heap.peek().is_some_and(|next| now < next.0) {
+            heap.push(Gain(now, ix));
+            continue;
+        }
+        if most.is_some() && now <= 0.0 {
+            break;
+        }
+        for (sample, value) in &sees[ix] {
+            let known = &mut best[*sample as usize];
+            *known = known.max(*value);
+        }
+        kept.push(ix);
+    }
+    kept.sort_unstable();
+    let n_unseen = best.iter().filter(|value| **value == 0.0).count();
+    let probes = kept.into_iter().map(|ix| candidates[ix]).collect();
+    Ok((probes, [samples.len() as u32, n_unseen as u32]))
+}
+
+/// What a candidate adds, and which one it is.
+struct Gain(f64, usize);
+
+impl PartialEq for Gain {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+impl Eq for Gain {}
+impl PartialOrd for Gain {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Gain {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0).then(other.1.cmp(&self.1))
+    }
+}
+
+/// What the probes see.
+fn seen(gpu: &Gpu, scene: &SparseScene, plan: &SparsePlan) -> Result<Vec<u32>, SparseBakeError> {
+    let n_probes = plan.probes.len() as u32;
+    let n_directions = plan.settings.n_directions;
+    let n = n_probes * n_directions;
+    if n == 0 {
+        return Ok(Vec::new());
+    }
+    let advice = "use fewer probes";
+    let field = LightmapField::new(gpu, plan.size, &plan.corners, scene.order, &plan.receivers)?;
+    let places = places_of(&plan.probes);
+    let copied = wgpu::BufferUsages::COPY_DST;
+    let buffer = storage_buffer(gpu, "places of probes", 16 * u64::from(n_probes), copied, advice)?;
+    gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&places));
+    let none = wgpu::BufferUsages::empty();
+    let seen = storage_buffer(gpu, "what probes see", 4 * u64::from(n), none, advice)?;
+    let pass = LookPass::new(gpu, scene.seam);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut recorder = Recorder::new(gpu, &mut encoder);
+    pass.record(&mut recorder, scene.seam, &field, (&buffer, &seen), [n_probes, n_directions]);
+    drop(recorder);
+    gpu.queue.submit([encoder.finish()]);
+    let found: Vec<u32> = words(&read_buffer(gpu, &seen)?);
+    Ok(found[..n as usize].to_vec())
+}
+
+/// Rounds of 64 samples in one dispatch: llvmpipe lets an invocation's loops run 65 535 times.
+const ROUNDS: u32 = 4;
+
+/// Computes the transport of those clusters of a bake's part that are missing, and compresses them, while the GPU computes the next one. `keep` is
+/// given each, in the order in which they are done, and may write it down; once it returns false, the rest is left out, and the error is
+/// [`SparseBakeError::Stopped`].
+///
+/// # Errors
+/// [`SparseBakeError`]
+pub fn bake_sparse_probes(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    bake: &mut SparseBake,
+    mut keep: impl FnMut(&BakedCluster, &SparsePlan) -> std::io::Result<()>,
+    mut keep_going: impl FnMut(BakeStage) -> bool,
+) -> Result<(), SparseBakeError> {
+    let missing = bake.missing();
+    let plan = &bake.plan;
+    let surfaces = SparseSurfaces::new(scene.meshes, plan.size, &plan.corners);
+    if let Some(cluster) = missing.iter().find(|ix| {
+        let (bytes, most) = batch_bytes(plan, **ix);
+        bytes > 2 * most
+    }) {
+        return Err(SparseBakeError::Failed(format!("cluster {cluster} is too large for memory")));
+    }
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let passes = TransportPasses::new(gpu, scene.seam, plan, scene.order)?;
+    let submit = |record: &mut dyn FnMut(&mut Recorder)| {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        record(&mut Recorder::new(gpu, &mut encoder));
+        gpu.queue.submit([encoder.finish()])
+    };
+    let n_steps = passes.n_sight_steps();
+    for step in 0..n_steps {
+        submit(&mut |recorder| passes.record_sight(recorder, scene.seam, step));
+        super::wait(gpu)?;
+        if !keep_going(BakeStage::Looking(step + 1, n_steps)) {
+            return Err(SparseBakeError::Stopped);
+        }
+    }
+    let n_rays = plan.settings.n_rays.next_multiple_of(64).max(64);
+    let rounds = match plan.settings.sight {
+        crate::components::sparse_probes::Sight::Bits => ROUNDS,
+        crate::components::sparse_probes::Sight::Rays => 1,
+    };
+    // Begins a cluster: submits all of its samples, and the copy of what they add up to.
+    let begin = |cluster: usize| -> Result<_, SparseBakeError> {
+        let batch = passes.batch(gpu, plan, &surfaces, cluster)?;
+        let mut first = 0;
+        while first < n_rays {
+            let n_rounds = rounds.min((n_rays - first) / 64);
+            submit(&mut |recorder| {
+                passes.record(recorder, scene.seam, &batch, first, n_rounds);
+            });
+            first += 64 * n_rounds;
+        }
+        let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("transport, read back"),
+            size: batch.sums.size(),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&batch.sums, 0, &staging, 0, staging.size());
+        let submission = gpu.queue.submit([encoder.finish()]);
+        Ok((batch, staging, submission))
+    };
+    let total = missing.len() as u32;
+    let mut done: Vec<BakedCluster> = Vec::new();
+    let result = std::thread::scope(|scope| -> Result<(), SparseBakeError> {
+        let (send_matrix, matrices) =
+            mpsc::sync_channel::<crate::components::sparse_probes::Transport>(1);
+        let (send_cluster, clusters) = mpsc::channel();
+        scope.spawn(move || {
+            for transport in matrices {
+                if send_cluster.send(transport.compressed(&plan.settings)).is_err() {
+                    break;
+                }
+            }
+        });
+        let mut take = |cluster: Result<BakedCluster, String>| -> Result<bool, SparseBakeError> {
+            let cluster = cluster.map_err(SparseBakeError::Failed)?;
+            keep(&cluster, plan)?;
+            done.push(cluster);
+            Ok(keep_going(BakeStage::Transport(done.len() as u32, total)))
+        };
+        let mut next = Some(begin(missing[0])?);
+        for k in 0..missing.len() {
+            let Some((batch, staging, submission)) = next.take() else { break };
+            next = missing.get(k + 1).map(|cluster| begin(*cluster)).transpose()?;
+            staging.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+            let lost = |text: String| SparseBakeError::Lost(super::LostGpu(text));
+            gpu.device
+                .poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None })
+                .map_err(|error| lost(error.to_string()))?;
+            let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
+            let sums: Vec<f32> = words(&view);
+            drop(view);
+            staging.unmap();
+            let transport = batch.matrix(plan, &sums, n_rays).map_err(SparseBakeError::Failed)?;
+            if send_matrix.send(transport).is_err() {
+                return Err(SparseBakeError::Failed("the thread that compresses has ended".into()));
+            }
+            while let Ok(cluster) = clusters.try_recv() {
+                if !take(cluster)? {
+                    return Err(SparseBakeError::Stopped);
+                }
+            }
+        }
+        drop(send_matrix);
+        for cluster in clusters {
+            if !take(cluster)? {
+                return Err(SparseBakeError::Stopped);
+            }
+        }
+        Ok(())
+    });
+    bake.clusters.extend(done);
+    bake.clusters.sort_by_key(|cluster| cluster.ix);
+    // (Stopped at the very end: all is there.)
+    match result {
+        Err(SparseBakeError::Stopped) if bake.missing().is_empty() => Ok(()),
+        other => other,
+    }
+}

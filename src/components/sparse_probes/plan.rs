@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a bake of sparse probes decides before it computes transport: receivers, probes, clusters.
+
+use super::settings::{EVEN_NEAR, LEAST_NEAR, SparseSettings, Support};
+use crate::bindings::kernels::sparse_probes::transport::MAX_NEAR;
+use crate::components::lightmap::{LightmapUvs, NO_CHART, Receivers, SurfacePoint};
+use crate::scene::SceneFingerprint;
+use crate::seam::StaticMesh;
+use glam::{UVec2, Vec2, Vec3};
+use std::ops::Range;
+
+pub use crate::bindings::lucerna::components::sparse_probes::receiver::Receiver;
+
+/// Everything that a bake of sparse probes decides before it computes transport.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SparsePlan {
+    /// The scene that it is for.
+    pub scene: SceneFingerprint,
+    /// Its settings.
+    pub settings: SparseSettings,
+    /// Within which probes count for most receivers \[m\].
+    pub radius: f32,
+    /// A hash of the places that probes were given; 0: they were placed by themselves.
+    pub placed: u64,
+    /// Width and height of the lightmap \[texels\].
+    pub size: UVec2,
+    /// Of all charts \[texels/m\].
+    pub texels_per_metre: f32,
+    /// Of each triangle, in the order of the meshes, its corners' places in the lightmap \[texels\].
+    pub corners: Vec<[Vec2; 3]>,
+    /// Where the probes are \[m\].
+    pub probes: Vec<Vec3>,
+    /// In the order of their clusters. Triangles are in the order of the meshes.
+    pub receivers: Vec<Receiver>,
+    /// Of each receiver, within which probes count \[m\].
+    pub radii: Vec<f32>,
+    /// Where the receivers of each cluster begin; one more, where the last one's end.
+    pub clusters: Vec<u32>,
+    /// For each direction of each probe, what it sees (`wgsl/kernels/sparse_probes/look.wgsl`).
+    pub seen: Vec<u32>,
+    /// Samples of what receivers see that were tried when probes were placed, and those of them that no probe sees.
+    pub coverage: [u32; 2],
+}
+
+/// Static surfaces, with the points that texels stand for.
+#[derive(Clone, Debug)]
+pub struct SparseSurfaces {
+    /// Corners of all triangles of the meshes, in their order \[m\].
+    pub corners: Vec<[Vec3; 3]>,
+    /// Of the whole lightmap.
+    points: Receivers,
+    /// For each texel of the lightmap, its place in `points`; `u32::MAX`: none.
+    place_of_texel: Vec<u32>,
+    size: UVec2,
+}
+
+impl SparseSurfaces {
+    /// Of a lightmap.
+    pub fn new(meshes: &[StaticMesh], size: UVec2, corners: &[[Vec2; 3]]) -> Self {
+        let charts =
+            corners.iter().map(|of| if of[0] == of[1] && of[0] == of[2] { NO_CHART } else { 0 });
+        let uvs = LightmapUvs {
+            size,
+            corners: corners.to_vec(),
+            charts: charts.collect(),
+            ..LightmapUvs::default()
+        };
+        let points = Receivers::of(&uvs);
+        let mut place_of_texel = vec![u32::MAX; (size.x * size.y) as usize];
+        for (ix, [x, y]) in points.texels.iter().enumerate() {
+            place_of_texel[usize::from(*y) * size.x as usize + usize::from(*x)] = ix as u32;
+        }
+        Self { corners: corners_of(meshes), points, place_of_texel, size }
+    }
+
+    /// All texels that surfaces meet.
+    pub fn texels(&self) -> &Receivers {
+        &self.points
+    }
+
+    /// The points of surfaces in a receiver's texel.
+    pub fn points_of(&self, receiver: &Receiver) -> &[SurfacePoint] {
+        let (x, y) = (receiver.texel & 0xffff, receiver.texel >> 16);
+        let ix = self.place_of_texel[(y * self.size.x + x) as usize];
+        self.points.points_of(ix as usize)
+    }
+
+    /// Where a receiver is \[m\].
+    pub fn position(&self, receiver: &Receiver) -> Vec3 {
+        let point = SurfacePoint { triangle: receiver.triangle, weights: receiver.weights };
+        point.position(&self.corners[receiver.triangle as usize])
+    }
+
+    /// The normal of a receiver's triangle, on its side.
+    pub fn normal(&self, receiver: &Receiver) -> Vec3 {
+        let [a, b, c] = self.corners[receiver.triangle as usize].map(|corner| corner.as_dvec3());
+        let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        if receiver.side == 0 { normal } else { -normal }
+    }
+}
+
+fn corners_of(meshes: &[StaticMesh]) -> Vec<[Vec3; 3]> {
+    let of = |mesh: &StaticMesh| -> Vec<[Vec3; 3]> {
+        mesh.triangles.iter().map(|t| t.map(|ix| mesh.positions[ix as usize])).collect()
+    };
+    meshes.iter().flat_map(of).collect()
+}
+
+impl SparsePlan {
+    /// The receivers of a cluster.
+    pub fn receivers_of(&self, cluster: usize) -> Range<usize> {
+        self.clusters[cluster] as usize..self.clusters[cluster + 1] as usize
+    }
+
+    /// Number of clusters.
+    pub fn n_clusters(&self) -> usize {
+        self.clusters.len().saturating_sub(1)
+    }
+
+    /// Probes that count for a receiver at a place, with their weights; the nearest ones, if there are too many.
+    pub fn near(&self, position: Vec3, radius: f32) -> Vec<(u32, f32)> {
+        let mut near: Vec<(u32, f32)> = (0u32..)
+            .zip(&self.probes)
+            .map(|(ix, probe)| (ix, support_weight(probe.distance(position), radius)))
+            .filter(|(_, weight)| *weight > 0.0)
+            .collect();
+        if near.len() > MAX_NEAR as usize {
+            near.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+            near.truncate(MAX_NEAR as usize);
+            near.sort_by_key(|of| of.0);
+        }
+        near
+    }
+}
+
+/// w(t) = 2t³ − 3t² + 1, as `wgsl/components/sparse_probes/support.wgsl`.
+pub(super) fn support_weight(distance: f32, radius: f32) -> f32 {
+    let t = (distance / radius).min(1.0);
+    (2.0 * t - 3.0) * t * t + 1.0
+}
+
+/// Within which probes count, for a receiver at a place.
+pub(crate) fn radius_at(position: Vec3, probes: &[Vec3], radius: f32, support: Support) -> f32 {
+    let mut distances: Vec<f32> = probes.iter().map(|probe| probe.distance(position)).collect();
+    distances.sort_by(f32::total_cmp);
+    let nth = |n: usize| distances.get(n).or(distances.last()).copied().unwrap_or(0.0);
+    // (A little farther than the last one, so that it counts.)
+    let least = 1.1 * nth(LEAST_NEAR - 1);
+    match support {
+        Support::Fixed => radius.max(least),
+        Support::Even => 1.1 * nth(EVEN_NEAR - 1),
+    }
+}
+
+/// Divides receivers into clusters: boxes are halved across their longest axis until none has too many. Returns the receivers' new order, and where
+/// clusters begin.
+pub(crate) fn clustered(positions: &[Vec3], most: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    let mut first = vec![0];
+    divide(positions, &mut order, most.max(1), &mut first);
+    (order, first)
+}
+
+fn divide(positions: &[Vec3], order: &mut [u32], most: usize, first: &mut Vec<u32>) {
+    let at = |ix: &u32| positions[*ix as usize];
+    let (low, high) = order
+        .iter()
+        .map(at)
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+    if order.len() <= most {
+        let begin = first.last().copied().unwrap_or(0);
+        if !order.is_empty() {
+            first.push(begin + order.len() as u32);
+        }
+        return;
+    }
+    let axis = (high - low).max_position();
+    let middle = 0.5 * (low[axis] + high[axis]);
+    // (Stable, so that the result does not depend on how it is sorted.)
+    order.sort_by_key(|ix| at(ix)[axis] >= middle);
+    let n_low = order.iter().filter(|ix| at(ix)[axis] < middle).count();
+    // (All in one place: anywhere.)
+    let cut = if n_low == 0 || n_low == order.len() { order.len() / 2 } else { n_low };
+    let (a, b) = order.split_at_mut(cut);
+    divide(positions, a, most, first);
+    divide(positions, b, most, first);
+}

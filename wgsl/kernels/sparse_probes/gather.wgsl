@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The light of each cluster in its own basis: l = (Σ_c Vᵀ) λ, over those probes alone that count in the cluster.
+//!
+//! Dispatch: one workgroup for each cluster, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 8192 bytes. Eight invocations
+//! share a row, so that they read 32 bytes of it at once; λ is loaded once for all rows. No atomics.
+
+#import lucerna::components::sparse_probes::cluster::Cluster
+#import lucerna::math::dispatch::group_of_dispatch
+
+const WORKGROUP: u32 = 256u;
+/// Invocations that share a row.
+const SHARE: u32 = 8u;
+const ROWS: u32 = WORKGROUP / SHARE;
+/// Columns that are staged at once; an even number.
+const TILE: u32 = 256u;
+
+struct ClustersInfo {
+    n_clusters: u32,
+    /// Of each probe, at most 64.
+    n_coefficients: u32,
+    /// Numbers of each cluster's light.
+    n_basis: u32,
+    reserved_a: u32,
+}
+
+@group(1) @binding(0) var<uniform> info: ClustersInfo;
+@group(1) @binding(1) var<storage, read> clusters: array<Cluster>;
+/// The numbers of the probes of all clusters.
+@group(1) @binding(2) var<storage, read> cluster_probes: array<u32>;
+/// Rows of Σ_c Vᵀ, two halfs a word (`pack2x16float`); rows have an even number of columns.
+@group(1) @binding(3) var<storage, read> projection: array<u32>;
+/// rgb: coefficients of the probes.
+@group(1) @binding(4) var<storage, read> lambda: array<vec4<f32>>;
+/// rgb: for each cluster, `n_basis` numbers.
+@group(1) @binding(5) var<storage, read_write> cluster_light: array<vec4<f32>>;
+
+var<workgroup> staged: array<vec3<f32>, TILE>;
+var<workgroup> parts: array<vec3<f32>, WORKGROUP>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let ix = group_of_dispatch(group);
+    // (Uniform over the workgroup.)
+    if ix >= info.n_clusters {
+        return;
+    }
+    let cluster = clusters[ix];
+    let n = info.n_coefficients;
+    let n_columns = cluster.n_probes * n;
+    let words_of_row = (n_columns + 1u) / 2u;
+    let lane = local % SHARE;
+    for (var first_row = 0u; first_row < info.n_basis; first_row += ROWS) {
+        let row = first_row + local / SHARE;
+        var sum = vec3<f32>(0.0);
+        for (var first = 0u; first < n_columns; first += TILE) {
+            let column = first + local;
+            var value = vec3<f32>(0.0);
+            if column < n_columns {
+                let probe = cluster_probes[cluster.first_probe + column / n];
+                value = lambda[probe * n + column % n].rgb;
+            }
+            staged[local] = value;
+            workgroupBarrier();
+            if row < cluster.n_vectors {
+                let start = cluster.first_projection + row * words_of_row + first / 2u;
+                let n_words = min(TILE / 2u, words_of_row - first / 2u);
+                for (var k = lane; k < n_words; k += SHARE) {
+                    let two = unpack2x16float(projection[start + k]);
+                    sum += two.x * staged[2u * k] + two.y * staged[2u * k + 1u];
+                }
+            }
+            workgroupBarrier();
+        }
+        parts[local] = sum;
+        workgroupBarrier();
+        if lane == 0u && row < info.n_basis {
+            for (var k = 1u; k < SHARE; k++) {
+                sum += parts[local + k];
+            }
+            cluster_light[ix * info.n_basis + row] = vec4<f32>(sum, 0.0);
+        }
+        workgroupBarrier();
+    }
+}
