@@ -252,6 +252,13 @@ fn report_plan(bake: &SparseBake) {
     let [n, unseen] = plan.coverage;
     let percent = 100.0 * f64::from(unseen) / f64::from(n.max(1));
     errln!("{percent:.2} % of what surfaces see is seen by no probe within the radius");
+    let n_unknown = plan.n_unknown();
+    if n_unknown > 0 {
+        errln!(
+            "{:.2} % of what probes see has no texel, and is black to them",
+            100.0 * n_unknown as f64 / plan.seen.len().max(1) as f64
+        );
+    }
 }
 
 fn report_quality(bake: &SparseBake) {

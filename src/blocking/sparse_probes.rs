@@ -77,7 +77,7 @@ pub enum SparseBakeError {
 const CANDIDATES_PER_PROBE: usize = 16;
 const LEAST_CANDIDATES: usize = 2048;
 /// Samples of what receivers see, by which probes are placed.
-const N_SAMPLES: usize = 8192;
+const N_SAMPLES: usize = 4096;
 /// Texels of a chart that are asked whether a candidate sees them, and how many candidates each asks.
 const TEXELS_PER_CHART: usize = 8;
 const ASKED: usize = 24;
@@ -86,8 +86,12 @@ const GLANCES: usize = 8;
 const GLANCES_PER_SEEN: usize = 4;
 /// Rays that are traced at once.
 const RAYS_AT_ONCE: usize = 1 << 20;
-/// The radius, in units of the edge of a square of as much surface as there is for each probe.
-const RADIUS_PER_SPACING: f32 = 0.45;
+/// Receivers whose surroundings are looked at at once.
+const RECEIVERS_AT_ONCE: usize = 1 << 16;
+/// Radii that are tried, in units of the edge of a square of as much surface as there is for each probe, and the share of samples that may be without a
+/// probe, beyond those that no candidate sees.
+const RADII: [f32; 6] = [0.3, 0.42, 0.6, 0.85, 1.2, 1.7];
+const UNSEEN: f64 = 0.03;
 
 /// Everything that a bake decides before it computes transport: texture coordinates, receivers, probes, clusters. `placed`: where the probes are
 /// \[m\]; None: they are placed by themselves. Remarks are added to `notes`.
@@ -140,16 +144,17 @@ pub fn plan_sparse_probes(
             });
         }
     }
-    let mut radius = settings.radius;
-    if radius == 0.0 {
-        let area = receivers.len() as f32 / uvs.texels_per_metre.powi(2);
-        let n = placed.map_or(settings.n_probes, |of| of.len() as u32).max(1);
-        radius = RADIUS_PER_SPACING * (area / n as f32).sqrt();
-    }
+    let area = receivers.len() as f32 / uvs.texels_per_metre.powi(2);
+    let n = placed.map_or(settings.n_probes, |of| of.len() as u32).max(1);
+    let spacing = (area / n as f32).sqrt();
+    let radii = match settings.radius {
+        0.0 => RADII.map(|of| of * spacing).to_vec(),
+        chosen => vec![chosen],
+    };
     go_on(BakeStage::Placing)?;
     let most_probes = placed.is_none().then_some(settings.n_probes as usize);
-    let (probes, coverage) =
-        chosen(gpu, scene, &surfaces, &receivers, candidates, radius, most_probes)?;
+    let (probes, coverage, radius) =
+        chosen(gpu, scene, &surfaces, &receivers, candidates, &radii, most_probes)?;
     let positions: Vec<Vec3> = receivers.iter().map(|of| surfaces.position(of)).collect();
     let most = most_of_cluster(&settings, probes.len());
     let (order, clusters) = clustered(&positions, most);
@@ -166,6 +171,7 @@ pub fn plan_sparse_probes(
         radii: order.iter().map(radius_of).collect(),
         corners: uvs.corners,
         probes,
+        reach: reach_of(gpu, scene, &surfaces, &receivers, 1.0 / uvs.texels_per_metre)?,
         receivers,
         clusters,
         seen: Vec::new(),
@@ -441,25 +447,27 @@ fn samples(
 
 /// The probes among candidates that see most of what receivers see: greedily, those that add most. Each sample counts one if a probe sees it, and up
 /// to one more the nearer that probe is to the receiver. (The sum is submodular, so that the greedy choice is at least 63 % of the best one: G.
-/// Nemhauser, L. Wolsey, M. Fisher, 1978.) `most`: None takes all. Returns also how many samples there are, and how many no probe sees.
+/// Nemhauser, L. Wolsey, M. Fisher, 1978.) `radii`: within which probes count; the first one that leaves few samples without a probe is taken. `most`:
+/// None takes all. Returns also how many samples there are, how many no probe sees, and the radius.
 fn chosen(
     gpu: &Gpu,
     scene: &SparseScene,
     surfaces: &SparseSurfaces,
     receivers: &[Receiver],
     candidates: Vec<Vec3>,
-    radius: f32,
+    radii: &[f32],
     most: Option<usize>,
-) -> Result<(Vec<Vec3>, [u32; 2]), SparseBakeError> {
+) -> Result<(Vec<Vec3>, [u32; 2], f32), SparseBakeError> {
+    let widest = radii.iter().copied().fold(0.0, f32::max);
     if receivers.is_empty() || candidates.is_empty() {
-        return Ok((candidates, [0, 0]));
+        return Ok((candidates, [0, 0], widest));
     }
     let samples = samples(gpu, scene, surfaces, receivers, &candidates)?;
     let (mut rays, mut pairs): (Vec<Ray>, Vec<(u32, u32, f32)>) = Default::default();
     for (ix, candidate) in (0u32..).zip(&candidates) {
         for (sample_ix, sample) in (0u32..).zip(&samples) {
-            let t = candidate.distance(sample.from) / radius;
-            if t >= 1.0 {
+            let distance = candidate.distance(sample.from);
+            if distance >= widest {
                 continue;
             }
             let ray = match sample.target {
@@ -472,24 +480,56 @@ fn chosen(
                 }
             };
             rays.push(ray);
-            pairs.push((ix, sample_ix, 1.0 + (2.0 * t - 3.0) * t * t + 1.0));
+            pairs.push((ix, sample_ix, distance));
         }
     }
     let blocked = any_hits(gpu, scene.seam, &rays)?;
     let mut sees: Vec<Vec<(u32, f32)>> = vec![Vec::new(); candidates.len()];
-    for ((candidate, sample, value), blocked) in pairs.into_iter().zip(blocked) {
+    for ((candidate, sample, distance), blocked) in pairs.into_iter().zip(blocked) {
         if !blocked {
-            sees[candidate as usize].push((sample, value));
+            sees[candidate as usize].push((sample, distance));
         }
     }
-    let mut best = vec![0.0f32; samples.len()];
+    let mut is_possible = vec![false; samples.len()];
+    sees.iter().flatten().for_each(|(sample, _)| is_possible[*sample as usize] = true);
+    let n_impossible = is_possible.iter().filter(|is| !**is).count();
+    let limit = n_impossible + (UNSEEN * samples.len() as f64) as usize;
+    let mut best: Option<(Vec<usize>, usize, f32)> = None;
+    for &radius in radii {
+        let (kept, n_unseen) = greedy(&sees, samples.len(), radius, most);
+        let is_enough = n_unseen <= limit;
+        if best.as_ref().is_none_or(|(_, known, _)| n_unseen < *known) {
+            best = Some((kept, n_unseen, radius));
+        }
+        if is_enough {
+            break;
+        }
+    }
+    let (kept, n_unseen, radius) = best.unwrap_or_default();
+    let probes = kept.into_iter().map(|ix| candidates[ix]).collect();
+    Ok((probes, [samples.len() as u32, n_unseen as u32], radius))
+}
+
+/// Which of some candidates are kept, and how many samples none of them sees. `sees`: for each candidate, the samples that it sees, and the distances of
+/// their receivers.
+fn greedy(
+    sees: &[Vec<(u32, f32)>],
+    n_samples: usize,
+    radius: f32,
+    most: Option<usize>,
+) -> (Vec<usize>, usize) {
+    let value = |distance: f32| {
+        let t = distance / radius;
+        if t < 1.0 { 2.0 + (2.0 * t - 3.0) * t * t } else { 0.0 }
+    };
+    let mut best = vec![0.0f32; n_samples];
     let mut kept = Vec::new();
     let gain = |of: &[(u32, f32)], best: &[f32]| -> f64 {
-        of.iter().map(|(ix, value)| f64::from((value - best[*ix as usize]).max(0.0))).sum()
+        of.iter().map(|(ix, d)| f64::from((value(*d) - best[*ix as usize]).max(0.0))).sum()
     };
     // (Gains only fall, so that the largest of old gains is worth asking first.)
     let mut heap: BinaryHeap<Gain> =
-        (0..candidates.len()).map(|ix| Gain(gain(&sees[ix], &best), ix)).collect();
+        (0..sees.len()).map(|ix| Gain(gain(&sees[ix], &best), ix)).collect();
     while let Some(Gain(_, ix)) = heap.pop() {
         if most.is_some_and(|most| kept.len() >= most) {
             break;
@@ -502,16 +542,14 @@ fn chosen(
         if most.is_some() && now <= 0.0 {
             break;
         }
-        for (sample, value) in &sees[ix] {
+        for (sample, distance) in &sees[ix] {
             let known = &mut best[*sample as usize];
-            *known = known.max(*value);
+            *known = known.max(value(*distance));
         }
         kept.push(ix);
     }
     kept.sort_unstable();
-    let n_unseen = best.iter().filter(|value| **value == 0.0).count();
-    let probes = kept.into_iter().map(|ix| candidates[ix]).collect();
-    Ok((probes, [samples.len() as u32, n_unseen as u32]))
+    (kept, best.iter().filter(|value| **value == 0.0).count())
 }
 
 /// What a candidate adds, and which one it is.
@@ -534,6 +572,71 @@ impl Ord for Gain {
     }
 }
 
+/// How far points are lifted off their surfaces before it is asked whether one sees the other, in texels: less than surfaces bend within one.
+const LIFT: f32 = 0.1;
+
+/// [`SparsePlan::reach`]: rays from the point that stands for a receiver to the others in its texel, and to those that stand for its neighbours.
+fn reach_of(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    surfaces: &SparseSurfaces,
+    receivers: &[Receiver],
+    texel: f32,
+) -> Result<Vec<u32>, SparseBakeError> {
+    let lift = LIFT * texel;
+    let mut at_texel = std::collections::HashMap::new();
+    for (ix, of) in receivers.iter().enumerate() {
+        at_texel.insert((of.texel, of.side), ix);
+    }
+    // (Places without a point are asked by nobody.)
+    let mut out = vec![0u32; receivers.len()];
+    for first in (0..receivers.len()).step_by(RECEIVERS_AT_ONCE) {
+        let some = first..(first + RECEIVERS_AT_ONCE).min(receivers.len());
+        let (mut rays, mut bits, mut known) = (Vec::new(), Vec::new(), Vec::new());
+        for ix in some {
+            let receiver = &receivers[ix];
+            let normal = surfaces.normal(receiver);
+            let from = surfaces.position(receiver) + lift * normal;
+            let mut ask = |to: Option<Vec3>, bit: u32| {
+                // (To a point that is the same, nothing is in between. Texels without a receiver have light of their neighbours.)
+                let Some(to) = to.filter(|to| to.distance(from) > 1e-3 * lift) else {
+                    out[ix] |= 1 << bit;
+                    return;
+                };
+                rays.push(Ray { origin: from, t_min: 0.0, direction: to - from, t_max: 1.0 });
+                bits.push((ix, bit));
+            };
+            let mut is_unknown = 0xffffu32;
+            let places = surfaces.places_of(receiver);
+            for (point, place) in surfaces.points_of(receiver).iter().zip(places) {
+                if *place > 15 {
+                    continue;
+                }
+                is_unknown &= !(1 << place);
+                let (triangle, weights) = (point.triangle, point.weights);
+                let own = Receiver { triangle, weights, ..*receiver };
+                let to = surfaces.position(&own) + lift * surfaces.normal(&own);
+                ask(Some(to), u32::from(*place));
+            }
+            known.push((ix, is_unknown));
+            let (x, y) = (receiver.texel & 0xffff, receiver.texel >> 16);
+            for k in (0..9u32).filter(|k| *k != 4) {
+                let at = [x + k % 3, y + k / 3].map(|at| at.wrapping_sub(1));
+                let key = (at[0] & 0xffff | at[1] << 16, receiver.side);
+                let other = at_texel.get(&key).map(|ix| &receivers[*ix]);
+                let to = other.map(|of| surfaces.position(of) + lift * surfaces.normal(of));
+                ask(to, 16 + k - u32::from(k > 4));
+            }
+        }
+        known.into_iter().for_each(|(ix, places): (usize, u32)| out[ix] |= places);
+        let blocked = any_hits(gpu, scene.seam, &rays)?;
+        for ((ix, bit), blocked) in bits.into_iter().zip(blocked) {
+            out[ix] |= u32::from(!blocked) << bit;
+        }
+    }
+    Ok(out)
+}
+
 /// What the probes see.
 fn seen(gpu: &Gpu, scene: &SparseScene, plan: &SparsePlan) -> Result<Vec<u32>, SparseBakeError> {
     let n_probes = plan.probes.len() as u32;
@@ -543,7 +646,13 @@ fn seen(gpu: &Gpu, scene: &SparseScene, plan: &SparsePlan) -> Result<Vec<u32>, S
         return Ok(Vec::new());
     }
     let advice = "use fewer probes";
-    let field = LightmapField::new(gpu, plan.size, &plan.corners, scene.order, &plan.receivers)?;
+    let field = LightmapField::new(
+        gpu,
+        plan.size,
+        &plan.corners,
+        scene.order,
+        (&plan.receivers, &plan.reach),
+    )?;
     let places = places_of(&plan.probes);
     let copied = wgpu::BufferUsages::COPY_DST;
     let buffer = storage_buffer(gpu, "places of probes", 16 * u64::from(n_probes), copied, advice)?;

@@ -23,6 +23,7 @@ mod scan;
 mod seam;
 mod sh;
 mod shadow_maps;
+mod sparse_probes;
 mod statistics;
 mod texture;
 mod texture_oracle;

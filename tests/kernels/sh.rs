@@ -68,7 +68,8 @@ fn band_max(l: usize) -> f64 {
     ((2 * l + 1) as f64 / (4.0 * PI)).sqrt()
 }
 
-fn all_y(n: usize, d: DVec3) -> Vec<f64> {
+/// The first `n` functions at a unit vector, by the definition.
+pub fn all_y(n: usize, d: DVec3) -> Vec<f64> {
     bands(n).into_iter().map(|(l, m)| y(l, m, d)).collect()
 }
 

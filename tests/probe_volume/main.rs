@@ -89,7 +89,7 @@ fn the_furnace_is_white() {
 /// worst at most 2 %.
 #[test]
 fn little_light_leaks_through_walls_at_any_angle() {
-    let found = leaks_of_houses(&|world, camera| session(world, camera, cells(32)), 32);
+    let found = leaks_of_houses(&|world, camera, _| session(world, camera, cells(32)), 32);
     crate::walls::assert_leaks(found, 0.02, 0.003);
 }
 
@@ -99,7 +99,8 @@ fn little_light_leaks_through_walls_at_any_angle() {
 fn without_distances_light_leaks() {
     let leaks = |visibility, n_cells| {
         let chosen = settings!(ProbeSettings { visibility, ..cells(n_cells) });
-        let mut found = leaks_of_houses(&|world, camera| session(world, camera, chosen), n_cells);
+        let mut found =
+            leaks_of_houses(&|world, camera, _| session(world, camera, chosen), n_cells);
         found.sort_by(f64::total_cmp);
         found
     };
@@ -266,7 +267,7 @@ fn thin_tables_are_lit_at_every_height() {
     for (chosen, low, high) in
         [(plain, 0.97, 1.15), (blurred, 0.95, 1.06), (order_four, 0.97, 1.13)]
     {
-        let make = |world: &_, camera: &_| session(world, camera, chosen);
+        let make = |world: &_, camera: &_, _: &_| session(world, camera, chosen);
         let ratios = crate::walls::lights_on_tables(&make, 32, 4);
         println!("{:?}: {ratios:.3?}", chosen.basis);
         assert_each("light on tables by the path tracer's", &ratios, "within limits", |ratio| {

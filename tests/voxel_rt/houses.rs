@@ -11,7 +11,7 @@ use crate::walls::{
 use glam::Vec3;
 use lucerna::components::voxel_light::Levels;
 use lucerna::gpu_scene::GpuScene;
-use lucerna::scene::Camera;
+use lucerna::scene::{Camera, Scene};
 use lucerna::settings;
 use lucerna::techniques::reference::Channel;
 use lucerna::techniques::voxel_rt::{VoxelRt, VoxelRtSettings};
@@ -45,7 +45,7 @@ fn houses_are_dark_behind_their_walls() {
 #[test]
 fn little_light_leaks_through_walls_at_any_angle() {
     assert_leaks(
-        leaks(&|world, camera| Session::new(world, camera, with_cells(32)), 32),
+        leaks(&|world, camera, _| Session::new(world, camera, with_cells(32)), 32),
         0.01,
         0.002,
     );
@@ -56,7 +56,7 @@ fn little_light_leaks_through_walls_at_any_angle() {
 #[test]
 fn thin_tables_are_lit_at_every_height() {
     let settings = settings!(VoxelRtSettings { points_per_face: 6, ..with_cells(32) });
-    let make = |world: &GpuScene, camera: &Camera| Session::new(world, camera, settings);
+    let make = |world: &GpuScene, camera: &Camera, _: &Scene| Session::new(world, camera, settings);
     let ratios = lights_on_tables(&make, 32, 16);
     assert_each("light on tables by the path tracer's", &ratios, "1 within 0.03", |ratio| {
         (ratio - 1.0).abs() < 0.03
@@ -67,7 +67,8 @@ fn thin_tables_are_lit_at_every_height() {
 /// which half is noise. (At 128 cells and with little noise: 0.4 %, and 2.6 %.)
 #[test]
 fn thin_vaults_do_not_mix_their_sides() {
-    let make = |world: &GpuScene, camera: &Camera| Session::new(world, camera, with_cells(64));
+    let make =
+        |world: &GpuScene, camera: &Camera, _: &Scene| Session::new(world, camera, with_cells(64));
     assert_vaults(&lights_under_vaults(&make, 64), 0.05, 0.06);
 }
 
@@ -81,8 +82,9 @@ fn the_feet_of_walls_are_lit() {
         let eye = house.eyes[0];
         let down = (-house.normal - 0.8 * Vec3::Y).normalize();
         let camera = camera(eye.to_array(), (eye + down).to_array());
-        let make =
-            |world: &GpuScene, camera: &Camera| Session::new(world, camera, with_cells(CELLS));
+        let make = |world: &GpuScene, camera: &Camera, _: &Scene| {
+            Session::new(world, camera, with_cells(CELLS))
+        };
         let [mean, bands] = compared(&make, &house.scene, &camera, 256);
         println!("house {seed}: mean {mean:.3}, bands {bands:.3}");
         assert!(

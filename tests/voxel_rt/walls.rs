@@ -13,8 +13,8 @@ use lucerna::techniques::Technique;
 use lucerna::techniques::reference::{Channel, ReferenceSettings, resolve};
 use lucerna::testing::{House, around, room_with_table, vault};
 
-/// Makes a session of a technique.
-pub type Make<'a, T> = &'a dyn Fn(&GpuScene, &Camera) -> Session<T>;
+/// Makes a session of a technique, of a scene on the GPU and on the CPU.
+pub type Make<'a, T> = &'a dyn Fn(&GpuScene, &Camera, &Scene) -> Session<T>;
 
 /// The path tracer's picture, up to 12 reflections.
 pub fn reference(
@@ -43,7 +43,7 @@ pub fn leaks<T: Technique>(make: Make<T>, cells: u32) -> Vec<f64> {
         let house = House::draw(seed, 8.0 / cells as f32);
         let world = upload(&house.scene);
         let eye = around(house.eyes[0])[0].clone();
-        let mut session = make(&world, &eye);
+        let mut session = make(&world, &eye, &house.scene);
         session.run(&world, 24);
         let [lit, dark] = house.eyes.map(|eye| -> f64 {
             around(eye)
@@ -88,10 +88,11 @@ pub fn lights_on_tables<T: Technique>(make: Make<T>, cells: u32, n_heights: usiz
         let view = down_on(at, up);
         let (thickness, double_sided) =
             ([0.2, 0.7, 1.3, 2.0][step % 4], (step / 4).is_multiple_of(2));
-        let world = upload(&room_with_table(top, thickness * cell, double_sided, up));
+        let scene = room_with_table(top, thickness * cell, double_sided, up);
+        let world = upload(&scene);
         let expected = reference(&world, &view, 16, Channel::Indirect, 384);
         let expected = sum(&expected) / expected.len() as f64;
-        let mut session = make(&world, &view);
+        let mut session = make(&world, &view, &scene);
         session.run(&world, 44);
         let ratio = session.mean(&world, 4, Channel::Indirect).element_sum() / expected;
         println!(
@@ -111,7 +112,7 @@ pub fn compared<T: Technique>(
     n_samples: u32,
 ) -> [f64; 2] {
     let world = upload(scene);
-    let mut session = make(&world, camera);
+    let mut session = make(&world, camera, scene);
     session.run(&world, 40);
     let found = session.picture(&world, 8, Channel::Indirect);
     let expected = reference(&world, camera, SIDE, Channel::Indirect, n_samples);

@@ -8,7 +8,7 @@ mod unwrap;
 
 use glam::{UVec2, Vec2};
 
-pub use receivers::{POINTS_PER_TEXEL, Receivers, SurfacePoint};
+pub use receivers::{ANY_PLACE, POINTS_PER_TEXEL, Receivers, SurfacePoint};
 pub use unwrap::{LightmapError, LightmapSettings, unwrap};
 
 /// A triangle that has no texels.

@@ -54,7 +54,12 @@ pub struct Receivers {
     pub first: Vec<u32>,
     /// Points of surfaces within the texels, at least one each: the one nearest to the texel's centre first.
     pub points: Vec<SurfacePoint>,
+    /// Where in its texel each point is: of 4 × 4 places, row by row; or [`ANY_PLACE`] if the texel is touched between these alone.
+    pub places: Vec<u8>,
 }
+
+/// A point that is at none of the 4 × 4 places of its texel.
+pub const ANY_PLACE: u8 = 255;
 
 impl Receivers {
     /// The texels of all charts.
@@ -86,7 +91,7 @@ impl Receivers {
                 }
             });
         }
-        found.extend(touched.into_iter().map(|(texel, (_, point))| (texel, 0, point)));
+        found.extend(touched.into_iter().map(|(texel, (_, point))| (texel, ANY_PLACE, point)));
         found.sort_unstable_by_key(|(texel, place, point)| {
             (*texel, distance_of_place(*place), *place, point.triangle)
         });
@@ -105,6 +110,7 @@ impl Receivers {
             }
             last = Some((texel, place));
             out.points.push(point);
+            out.places.push(place);
         }
         out.first.push(out.points.len() as u32);
         out
@@ -118,6 +124,11 @@ impl Receivers {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.texels.is_empty()
+    }
+
+    /// The places of a receiver's points.
+    pub fn places_of(&self, ix: usize) -> &[u8] {
+        &self.places[self.first[ix] as usize..self.first[ix + 1] as usize]
     }
 
     /// The points of a receiver.

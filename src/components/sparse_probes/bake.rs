@@ -21,6 +21,7 @@
 //! | `n_directions` a probe | what it sees |
 //! | 4 a receiver | triangle, weights, texel, side |
 //! | 1 a receiver | the radius within which probes count \[m, f32\] |
+//! | 1 a receiver | which points and neighbours it has ([`SparsePlan::reach`]) |
 //! | 1 a cluster, and 1 | where its receivers begin |
 //! | 2 | XXH3 (64 bits) of everything before |
 //! | … a cluster | [`BakedCluster`], in the order of their numbers |
@@ -211,6 +212,7 @@ impl SparseBake {
         out.extend(&plan.seen);
         out.extend_from_slice(bytemuck::cast_slice(&plan.receivers));
         out.extend(plan.radii.iter().map(|radius| radius.to_bits()));
+        out.extend(&plan.reach);
         out.extend(&plan.clusters);
         out[3] = (out.len() + CHECKSUM_WORDS) as u32;
         out.extend(two(xxh3_64(&bytes_of(&out))));
@@ -415,6 +417,7 @@ fn plan_of(head: &[u32]) -> Result<(SparsePlan, [u32; 2]), SparseError> {
     let seen = words.take(n_probes * settings.n_directions as usize)?.to_vec();
     let receivers: Vec<Receiver> = bytemuck::cast_slice(words.take(4 * n_receivers)?).to_vec();
     let radii = floats(words.take(n_receivers)?);
+    let reach = words.take(n_receivers)?.to_vec();
     let clusters = words.take(n_clusters + 1)?.to_vec();
     if !words.0.is_empty() {
         return Err(invalid("its head is too long"));
@@ -458,6 +461,7 @@ fn plan_of(head: &[u32]) -> Result<(SparsePlan, [u32; 2]), SparseError> {
         probes: probes.as_chunks::<3>().0.iter().map(|of| Vec3::from_array(*of)).collect(),
         receivers,
         radii,
+        reach,
         clusters,
         seen,
         coverage,

@@ -17,6 +17,13 @@ pub(crate) struct Factors {
     pub energy: f64,
 }
 
+impl Default for Factors {
+    /// Those of nothing.
+    fn default() -> Self {
+        Self { reconstruction: vec![], projection: vec![], n_vectors: 0, energy: 1.0 }
+    }
+}
+
 /// Factorises a matrix of `n_rows` rows, row by row in `numbers`, and keeps at most `most` vectors.
 ///
 /// # Errors
@@ -30,12 +37,7 @@ pub(crate) fn factorise(
     let n_columns = numbers.len().checked_div(n_rows).unwrap_or(0);
     let whole: f64 = numbers.iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
     if n_columns == 0 || whole == 0.0 {
-        return Ok(Factors {
-            reconstruction: vec![],
-            projection: vec![],
-            n_vectors: 0,
-            energy: 1.0,
-        });
+        return Ok(Factors::default());
     }
     let matrix = MatRef::from_row_major_slice(numbers, n_rows, n_columns);
     let rank = n_rows.min(n_columns);

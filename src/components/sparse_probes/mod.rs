@@ -103,7 +103,6 @@ pub struct SparseProbes {
     field: LightmapField,
     buffers: Buffers,
     texels: wgpu::TextureView,
-    sampler: wgpu::Sampler,
     counts: Counts,
     scale: f32,
     texel_width: f32,
@@ -222,16 +221,16 @@ impl SparseProbes {
             receive: kernel("sparse_probes/receive"),
             dilate: kernel("sparse_probes/dilate"),
             directions: Some(kernel("sparse_probes/directions")),
-            field: LightmapField::new(gpu, plan.size, &plan.corners, order, &plan.receivers)?,
+            field: LightmapField::new(
+                gpu,
+                plan.size,
+                &plan.corners,
+                order,
+                (&plan.receivers, &plan.reach),
+            )?,
             buffers: Buffers::new(gpu, bake, &counts, &inverse)?,
             texels: texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
-                ..Default::default()
-            }),
-            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("lightmap"),
-                mag_filter: wgpu::FilterMode::Linear,
-                min_filter: wgpu::FilterMode::Linear,
                 ..Default::default()
             }),
             counts,
@@ -406,11 +405,10 @@ impl SparseProbes {
             .dispatch(Dispatch::Box(UVec3::new(size.x, size.y, 2)));
     }
 
-    /// What kernels need to look up the lightmap: the field `lightmap`, its texels and a sampler.
+    /// What kernels need to look up the lightmap: the field `lightmap` and its texels.
     pub fn bindings(&self) -> Bindings<'_> {
         let mut out = self.field.bindings();
         out.push(("lightmap_texels", Resource::from(&self.texels)));
-        out.push(("lightmap_sampler", Resource::from(&self.sampler)));
         out
     }
 

@@ -2,6 +2,7 @@
 //! What a bake of sparse probes decides before it computes transport: receivers, probes, clusters.
 
 use super::settings::{EVEN_NEAR, LEAST_NEAR, SparseSettings, Support};
+use crate::bindings::kernels::sparse_probes::look::SEEN_UNKNOWN;
 use crate::bindings::kernels::sparse_probes::transport::MAX_NEAR;
 use crate::components::lightmap::{LightmapUvs, NO_CHART, Receivers, SurfacePoint};
 use crate::scene::SceneFingerprint;
@@ -34,6 +35,9 @@ pub struct SparsePlan {
     pub receivers: Vec<Receiver>,
     /// Of each receiver, within which probes count \[m\].
     pub radii: Vec<f32>,
+    /// Of each receiver, two masks: in the low half, which of the 4 × 4 places of its texel are on its side of whatever cuts through the texel; in the high
+    /// half, which of the eight texels around it are (row by row from the upper left one).
+    pub reach: Vec<u32>,
     /// Where the receivers of each cluster begin; one more, where the last one's end.
     pub clusters: Vec<u32>,
     /// For each direction of each probe, what it sees (`wgsl/kernels/sparse_probes/look.wgsl`).
@@ -78,11 +82,27 @@ impl SparseSurfaces {
         &self.points
     }
 
-    /// The points of surfaces in a receiver's texel.
+    /// The points of surfaces in a receiver's texel; the first one stands for it.
     pub fn points_of(&self, receiver: &Receiver) -> &[SurfacePoint] {
+        self.points.points_of(self.ix_of(receiver))
+    }
+
+    /// Where in the texel each of [`Self::points_of`] is.
+    pub fn places_of(&self, receiver: &Receiver) -> &[u8] {
+        self.points.places_of(self.ix_of(receiver))
+    }
+
+    fn ix_of(&self, receiver: &Receiver) -> usize {
         let (x, y) = (receiver.texel & 0xffff, receiver.texel >> 16);
-        let ix = self.place_of_texel[(y * self.size.x + x) as usize];
-        self.points.points_of(ix as usize)
+        self.place_of_texel[(y * self.size.x + x) as usize] as usize
+    }
+
+    /// Those of [`Self::points_of`] that a mask of [`SparsePlan::reach`] leaves.
+    pub fn points_within(&self, receiver: &Receiver, reach: u32) -> Vec<SurfacePoint> {
+        let is_within =
+            |(_, place): &(&SurfacePoint, &u8)| **place > 15 || reach >> **place & 1 == 1;
+        let points = self.points_of(receiver).iter().zip(self.places_of(receiver));
+        points.filter(is_within).map(|(point, _)| *point).collect()
     }
 
     /// Where a receiver is \[m\].
@@ -110,6 +130,11 @@ impl SparsePlan {
     /// The receivers of a cluster.
     pub fn receivers_of(&self, cluster: usize) -> Range<usize> {
         self.clusters[cluster] as usize..self.clusters[cluster + 1] as usize
+    }
+
+    /// In how many of the directions in which probes look they see surfaces without texels.
+    pub fn n_unknown(&self) -> usize {
+        self.seen.iter().filter(|what| **what == SEEN_UNKNOWN).count()
     }
 
     /// Number of clusters.

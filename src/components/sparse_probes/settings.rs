@@ -80,7 +80,7 @@ impl Default for SparseSettings {
             n_directions: 1024,
             radius: 0.0,
             support: Support::Fixed,
-            n_vectors: 32,
+            n_vectors: 64,
             cluster_size: 1024,
             sight: Sight::Bits,
             factorisation: Factorisation::Exact,

@@ -35,7 +35,7 @@ impl LightmapField {
         size: UVec2,
         corners: &[[Vec2; 3]],
         order: &[u32],
-        receivers: &[Receiver],
+        (receivers, reach): (&[Receiver], &[u32]),
     ) -> Result<Self, GpuError> {
         let mut words: Vec<u32> = Vec::with_capacity(6 * order.len());
         for of in order {
@@ -49,6 +49,14 @@ impl LightmapField {
             let (x, y) = (receiver.texel & 0xffff, receiver.texel >> 16);
             let at = receiver.side as usize * texels + (y * size.x + x) as usize;
             words[first + at] = ix as u32;
+        }
+        // (Of texels without a receiver, nothing is asked.)
+        let first_reach = words.len();
+        words.resize(first_reach + 2 * texels, 0);
+        for (receiver, reach) in receivers.iter().zip(reach) {
+            let (x, y) = (receiver.texel & 0xffff, receiver.texel >> 16);
+            let at = receiver.side as usize * texels + (y * size.x + x) as usize;
+            words[first_reach + at] = *reach;
         }
         let copied = wgpu::BufferUsages::COPY_DST;
         let bytes = 4 * words.len() as u64;
@@ -195,7 +203,13 @@ impl TransportPasses {
             sight_kernel: kernel("sparse_probes/sight"),
             mask_kernel: kernel("sparse_probes/sky_mask"),
             transport_kernel: kernel("sparse_probes/transport"),
-            field: LightmapField::new(gpu, plan.size, &plan.corners, order, &plan.receivers)?,
+            field: LightmapField::new(
+                gpu,
+                plan.size,
+                &plan.corners,
+                order,
+                (&plan.receivers, &plan.reach),
+            )?,
             receivers: uploaded(gpu, "receivers", &seam_receivers(&plan.receivers, &inverse))?,
             places: uploaded(gpu, "places of probes", &places_of(&plan.probes))?,
             sight: storage_buffer(gpu, "which probes see receivers", bytes.max(16), none, ADVICE)?,
@@ -274,7 +288,7 @@ impl TransportPasses {
         let mut records: Vec<[u32; 4]> = Vec::new();
         for (ix, near) in range.clone().zip(&near) {
             let receiver = &plan.receivers[ix];
-            let own = surfaces.points_of(receiver);
+            let own = surfaces.points_within(receiver, plan.reach[ix]);
             records.push([points.len() as u32, own.len() as u32, receiver.side, ix as u32]);
             records.push([nears.len() as u32 / 2, near.len() as u32, 0, 0]);
             points.extend(
@@ -452,13 +466,39 @@ impl Transport {
         let n_columns = self.n_columns();
         let n_coefficients = settings.n_coefficients() as usize;
         let weight = |column: usize| expected(column % n_coefficients);
-        let weighted: Vec<f32> = self
+        let mut weighted: Vec<f32> = self
             .numbers
             .iter()
             .enumerate()
             .map(|(ix, number)| number * weight(ix % n_columns))
             .collect();
-        let mut factors = factorise(&weighted, n_rows, most, settings.factorisation)?;
+        // What constant radiance gives is kept as it is: the first vector. The others are those of the rest.
+        let whole = sum_of_squares(&weighted);
+        let share = 1.0 / (self.probes.len().max(1) as f64).sqrt();
+        let constant: Vec<f64> = weighted
+            .chunks_exact_mut(n_columns.max(1))
+            .map(|row| {
+                let constants = || (0..self.probes.len()).map(|probe| probe * n_coefficients);
+                let along = share * constants().map(|at| f64::from(row[at])).sum::<f64>();
+                constants().for_each(|at| row[at] -= (along * share) as f32);
+                along
+            })
+            .collect();
+        let length = constant.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let mut factors = Factors::default();
+        if length > 0.0 {
+            let rest = factorise(&weighted, n_rows, most - 1, settings.factorisation)?;
+            let of_rest = sum_of_squares(&weighted);
+            factors.n_vectors = 1 + rest.n_vectors;
+            factors.energy = (length * length + rest.energy * of_rest) / whole;
+            factors.reconstruction = constant.iter().map(|x| (x / length) as f32).collect();
+            factors.reconstruction.extend(rest.reconstruction);
+            let is_constant = |column: usize| column.is_multiple_of(n_coefficients);
+            factors.projection = (0..n_columns)
+                .map(|column| if is_constant(column) { (length * share) as f32 } else { 0.0 })
+                .collect();
+            factors.projection.extend(rest.projection);
+        }
         for (ix, number) in factors.projection.iter_mut().enumerate() {
             *number /= weight(ix % n_columns);
         }
@@ -481,6 +521,10 @@ impl Transport {
 /// higher bands, so that what transport does with these may be kept less well.
 fn expected(ix: usize) -> f32 {
     1.0 / ((ix as f32 + 0.5).sqrt().floor() + 1.0)
+}
+
+fn sum_of_squares(numbers: &[f32]) -> f64 {
+    numbers.iter().map(|x| f64::from(*x) * f64::from(*x)).sum()
 }
 
 fn two_halfs(low: f32, high: f32) -> u32 {
