@@ -21,7 +21,9 @@ pub mod lightmap;
 pub mod probe_net;
 pub mod probes;
 pub mod shadow_maps;
+// (Without nets, nothing places probes, and bakes are only used.)
 #[cfg(feature = "bake")]
+#[cfg_attr(not(feature = "nets"), allow(dead_code, unused_imports))]
 pub mod sparse_probes;
 pub mod voxel_light;
 pub mod voxel_pyramid;

@@ -402,7 +402,7 @@ fn clusters_give_receivers_their_light() {
                 .collect();
             for row in &weights {
                 let n = receivers.len() as u32;
-                receivers.push([0, 0, n % 32 | (n / 32) << 16, ix % 2]);
+                receivers.push([0, 0, (n % 32) | ((n / 32) << 16), ix % 2]);
                 expected.push(
                     row.iter().zip(&light).fold((DVec3::ZERO, 0.0), |(sum, size), (u, (l, of))| {
                         (sum + half(*u) * *l, size + half(*u).abs() * of)

@@ -85,25 +85,25 @@ fn eye() -> Camera {
 }
 
 /// The white furnace: a closed box whose walls emit L_e and reflect ρ. Indirect light is L_e·ρ²/(1 − ρ) everywhere, whatever probes see; feedback brings
-/// it within 400 frames at ρ = 0.95 (0.95⁴⁰⁰ = 10⁻⁹), and stays there. Emissive walls are sampled, 256 times for each texel, and light from beside a texel
-/// has no bounded variance: each pixel within 12 %, their mean within 1.5 %.
+/// it within 400 frames at ρ = 0.95 (0.95⁴⁰⁰ = 10⁻⁹), and stays there. Each pixel
+/// within 3 %, their mean within 1 %: emissive walls are sampled 64 times for each texel.
 #[test]
 fn the_furnace_is_white() {
     let emission = Vec3::new(0.7, 1.0, 0.25);
-    for (albedo, n_frames, settings) in [
-        (0.5, 64, small()),
-        (0.5, 64, settings!(SparseSettings { order: 0, ..small() })),
-        (0.5, 64, settings!(SparseSettings { order: 7, sight: Sight::Rays, ..small() })),
-        (0.5, 64, settings!(SparseSettings { n_probes: 1, ..small() })),
-        (0.5, 64, settings!(SparseSettings { support: Support::Even, n_vectors: 8, ..small() })),
-        (0.95, 400, small()),
+    for (albedo, settings) in [
+        (0.5, small()),
+        (0.5, settings!(SparseSettings { order: 0, ..small() })),
+        (0.5, settings!(SparseSettings { order: 7, sight: Sight::Rays, ..small() })),
+        (0.5, settings!(SparseSettings { n_probes: 1, ..small() })),
+        (0.5, settings!(SparseSettings { support: Support::Even, n_vectors: 8, ..small() })),
+        (0.95, small()),
     ] {
         let material = Material { emission, ..lambert([albedo; 3]) };
         let scene = scene(room([2.0, 1.0, 3.0], 0), vec![material]);
         let world = upload(&scene);
         let bake = baked(&scene, &world, settings);
         let mut session = session(&world, &eye(), &bake);
-        session.run(&world, n_frames);
+        session.run(&world, 400);
         let rho = f64::from(albedo);
         let expected = emission.as_dvec3() * rho * rho / (1.0 - rho);
         let picture = session.picture(&world, 4, Channel::Indirect);
@@ -113,8 +113,8 @@ fn the_furnace_is_white() {
         assert_eq!(bake.plan.n_unknown(), 0, "directions in which probes see no receiver");
         println!("albedo {albedo}, {settings:?}: mean off by {}, a pixel by {worst}", apart(mean));
         assert!(
-            apart(mean) < 0.015 && worst < 0.12,
-            "albedo {albedo}, {settings:?}: mean {mean}, expected {expected} within 1.5 %; a pixel is off by {worst}, expected below 0.12"
+            apart(mean) < 0.01 && worst < 0.03,
+            "albedo {albedo}, {settings:?}: mean {mean}, expected {expected} within 1 %; a pixel is off by {worst}, expected below 0.03"
         );
     }
 }
@@ -223,8 +223,8 @@ fn few_probes() {
             "{n_probes} probes: {mean}"
         );
         let says: Vec<String> = session.technique.notices().into_iter().map(|of| of.text).collect();
-        let blind = says.iter().any(|text| text.contains("see nothing that a probe sees"));
-        assert_eq!(blind, !expected, "{n_probes} probes: {says:?}");
+        let blind = says.iter().any(|text| text.contains("are inside of something"));
+        assert!(blind || expected, "{n_probes} probes: {says:?}");
     }
     // A place that no probe sees: under a plate.
     let plate = floor(0.4, 0.02, 0);
@@ -236,8 +236,8 @@ fn few_probes() {
     covered.instances.push(instance);
     let world = upload(&covered);
     let bake = baked(&covered, &world, small());
-    let n_blind: u32 = bake.clusters.iter().map(|of| of.n_blind).sum();
-    assert!(n_blind > 0, "no texel under the plate is blind");
+    let n_blind: u32 = bake.clusters.iter().map(|of| of.n_hidden).sum();
+    assert!(n_blind > 0, "no texel under the plate is hidden");
     let mut session = session(&world, &eye(), &bake);
     session.run(&world, 20);
     let picture = session.picture(&world, 1, Channel::Indirect);

@@ -1,19 +1,29 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Irradiance from lights on a point of a surface, for lightmaps: all point, spot and directional lights exactly, as long as there are no more than
-//! [`MAX_EXACT_LIGHTS`], and a few samples of all others. `scene::visibility` provides the shadows.
+//! [`MAX_EXACT_LIGHTS`]; and all others by multiple importance sampling (E. Veach, L. Guibas, 1995, power heuristic) of a few lights and a few
+//! cosine-distributed rays, because an emitter that touches the surface is hardly ever drawn where it is nearest. `scene::visibility` provides the shadows.
 //!
 //! Bindings: none of its own; it uses the scene seam.
 #define_import_path lucerna::integrators::receiver_light
 
+#import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::integrators::direct_light::MAX_EXACT_LIGHTS
-#import lucerna::sampling::mis::solid_angle_of_sample
+#import lucerna::math::constants::{FLOAT_MAX, INV_PI, PI}
+#import lucerna::math::frame::frame_from_normal
+#import lucerna::sampling::hemisphere::sample_cosine_hemisphere
+#import lucerna::sampling::mis::{next_event_weight, power_heuristic, solid_angle_of_sample}
 #import lucerna::sampling::pcg::{pcg, random_vec4}
 #import lucerna::scene::lights::{lights_can_be_hit, n_punctual_lights, punctual_light, sample_hittable_light, sample_light}
-#import lucerna::scene::types::{LightSample, Surface}
+#import lucerna::scene::lights::{pdf_of_emitter, pdf_of_hittable_emitter, pdf_of_hittable_sky, pdf_of_sky}
+#import lucerna::scene::rays::nearest_hit
+#import lucerna::scene::sky::sky_radiance
+#import lucerna::scene::surface::surface_at
+#import lucerna::scene::types::{LightSample, Ray, Surface, hit_is_miss, seen_from}
 #import lucerna::scene::visibility::light_visibility
 
-/// Samples of lights with an extent, or of all lights if there are too many.
+/// Samples of lights with an extent, or of all lights if there are too many; and rays that may find them.
 const N_DRAWN: u32 = 4u;
+const N_SCATTERED: u32 = 2u;
 
 /// Irradiance [W·m⁻²] of an estimate. `surface`: normals on the lit side; `stream`: receiver, seed, frame.
 fn light_on_receiver(surface: Surface, stream: vec3<u32>) -> vec3<f32> {
@@ -47,8 +57,38 @@ fn light_on_receiver(surface: Surface, stream: vec3<u32>) -> vec3<f32> {
             solid_angle_of_sample(light.pdf * f32(n_drawn)),
         );
         if visible > 0.0 {
-            sum += visible * cosine * light.weight;
+            let weight = next_event_weight(light.pdf * f32(n_drawn), cosine * INV_PI * f32(N_SCATTERED));
+            sum += visible * cosine * weight * light.weight;
         }
+    }
+    if !lights_can_be_hit() {
+        return sum;
+    }
+    for (var ix = 0u; ix < N_SCATTERED; ix++) {
+        let u = random_vec4(vec2<u32>(stream.x, pcg(stream.y)), stream.z, n_exact + n_drawn + ix);
+        let local = sample_cosine_hemisphere(u.xy);
+        let direction = frame_from_normal(surface.shading_normal) * local;
+        if dot(direction, surface.geometric_normal) <= 0.0 {
+            continue;
+        }
+        let origin = offset_ray_origin(surface.position, surface.position_error, surface.geometric_normal, direction);
+        let hit = nearest_hit(Ray(origin, 0.0, direction, FLOAT_MAX));
+        var radiance: vec3<f32>;
+        var light_pdf: f32;
+        if hit_is_miss(hit) {
+            radiance = sky_radiance(direction);
+            light_pdf = select(pdf_of_sky(direction), pdf_of_hittable_sky(direction), exact);
+        } else {
+            radiance = seen_from(surface_at(hit.triangle, hit.barycentrics), direction).emission;
+            light_pdf = select(
+                pdf_of_emitter(hit.triangle, direction, hit.t),
+                pdf_of_hittable_emitter(hit.triangle, direction, hit.t),
+                exact,
+            );
+        }
+        // (Cosine over density is π.)
+        let weight = power_heuristic(local.z * INV_PI * f32(N_SCATTERED), light_pdf * f32(n_drawn));
+        sum += PI * radiance * (weight / f32(N_SCATTERED));
     }
     return sum;
 }

@@ -5,4 +5,5 @@ mod arguments;
 mod bake;
 mod inspect;
 mod pictures;
+mod sparse;
 mod support;

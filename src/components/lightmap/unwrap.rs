@@ -70,8 +70,7 @@ pub fn unwrap(
         return Err(LightmapError::Texels(settings.n_texels));
     }
     let area: f64 = meshes.iter().map(area_of).sum();
-    // (Not `<=`: NaN is no area either.)
-    if !(area > 0.0) {
+    if area.is_nan() || area <= 0.0 {
         return Err(LightmapError::NoSurfaces);
     }
     let mut notes = Vec::new();

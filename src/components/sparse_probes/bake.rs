@@ -59,12 +59,12 @@ pub struct BakedCluster {
     pub n_vectors: u32,
     /// Share of the matrix's sum of squares that is kept.
     pub energy: f32,
-    /// Samples that were taken, those that a probe sees, and receivers of which no sample is.
+    /// Samples of receivers at least half of whose samples a probe sees.
     pub n_samples: u64,
-    /// See `n_samples`.
+    /// Those of them that a probe sees.
     pub n_valid: u64,
-    /// See `n_samples`.
-    pub n_blind: u32,
+    /// The other receivers: inside of things, or in corners.
+    pub n_hidden: u32,
     /// The probes that count in it.
     pub probes: Vec<u32>,
     /// Rows of Σ_c Vᵀ, two halfs a word; rows have an even number of columns.
@@ -345,7 +345,7 @@ impl BakedCluster {
         let mut out = vec![0, self.ix, self.n_receivers, self.n_vectors, self.energy.to_bits()];
         out.extend(two(self.n_samples));
         out.extend(two(self.n_valid));
-        out.extend([self.n_blind, self.probes.len() as u32]);
+        out.extend([self.n_hidden, self.probes.len() as u32]);
         out.extend(&self.probes);
         out.extend(&self.projection);
         out.extend(&self.reconstruction);
@@ -484,8 +484,8 @@ fn cluster_of(record: &[u32], plan: &SparsePlan) -> Result<BakedCluster, SparseE
         n_valid: words.long()?,
         ..BakedCluster::default()
     };
-    let [n_blind, n_probes] = words.array()?;
-    out.n_blind = n_blind;
+    let [n_hidden, n_probes] = words.array()?;
+    out.n_hidden = n_hidden;
     let invalid = |what: &str| SparseError::Invalid(format!("{}: {what}", name()));
     if ix as usize >= plan.n_clusters() {
         return Err(invalid("there are not as many"));

@@ -151,7 +151,7 @@ struct Counts {
 struct Quality {
     n_samples: u64,
     n_valid: u64,
-    n_blind: u64,
+    n_hidden: u64,
     least_energy: f32,
     mean_energy: f64,
 }
@@ -492,10 +492,10 @@ impl SparseProbes {
                 "no probe sees {unseen:.1} % of what receivers see: light from there is missing; bake with more --probes or a larger --radius"
             )));
         }
-        if of.n_blind > 0 {
+        if of.n_hidden > 0 {
             out.push(Notice::note(format!(
-                "{} of {} receivers see nothing that a probe sees, and have the light of their neighbours",
-                of.n_blind, self.counts.receivers
+                "{} of {} receivers are inside of something, or in corners: of most of what they see, no probe sees anything",
+                of.n_hidden, self.counts.receivers
             )));
         }
         out
@@ -520,13 +520,9 @@ impl Quality {
         let sum = |of: fn(&BakedCluster) -> u64| bake.clusters.iter().map(of).sum::<u64>();
         let n = bake.clusters.len().max(1) as f64;
         Self {
-            // (Receivers that see nothing that a probe sees are counted apart.)
-            n_samples: sum(|of| {
-                of.n_samples / u64::from(of.n_receivers.max(1))
-                    * u64::from(of.n_receivers - of.n_blind.min(of.n_receivers))
-            }),
+            n_samples: sum(|of| of.n_samples),
             n_valid: sum(|of| of.n_valid),
-            n_blind: sum(|of| of.n_blind.into()),
+            n_hidden: sum(|of| of.n_hidden.into()),
             least_energy: bake.clusters.iter().map(|of| of.energy).fold(1.0, f32::min),
             mean_energy: bake.clusters.iter().map(|of| f64::from(of.energy)).sum::<f64>() / n,
         }

@@ -151,6 +151,8 @@ impl LookPass {
 
 /// Words of one dispatch of `sparse_probes/sight`: each is up to 32 rays.
 const SIGHT_STEP: u32 = 1 << 15;
+/// If fewer than one of so many samples are seen by a probe, they say nothing about the rest.
+const FEW: u32 = 64;
 /// The most bytes of the coefficients of a batch.
 const BATCH_BYTES: u64 = 64 << 20;
 
@@ -382,6 +384,7 @@ impl Batch {
             numbers: Vec::with_capacity(n_columns * self.n_receivers as usize),
             n_samples: 0,
             n_valid: 0,
+            n_hidden: 0,
             blind: Vec::new(),
         };
         for (ix, row) in sums.chunks_exact(stride).take(self.n_receivers as usize).enumerate() {
@@ -393,12 +396,21 @@ impl Batch {
                     n_expected - n_whole
                 ));
             }
-            out.n_samples += u64::from(n_whole);
-            out.n_valid += u64::from(n_valid);
-            if n_valid == 0 {
+            // (Places that are inside of something see next to nothing that a probe sees, and what they see is not told for all.)
+            if 2 * n_valid >= n_whole {
+                out.n_samples += u64::from(n_whole);
+                out.n_valid += u64::from(n_valid);
+            } else {
+                out.n_hidden += 1;
+            }
+            if n_valid < n_whole.div_ceil(FEW) {
                 out.blind.push(ix as u32);
             }
-            let scale = if n_valid == 0 { 0.0 } else { std::f32::consts::PI / n_valid as f32 };
+            let scale = if n_valid < n_whole.div_ceil(FEW) {
+                0.0
+            } else {
+                std::f32::consts::PI / n_valid as f32
+            };
             out.numbers.extend(numbers.iter().map(|number| number * scale));
         }
         out.fill_blind(plan);
@@ -417,11 +429,13 @@ pub struct Transport {
     pub n_receivers: u32,
     /// α of each receiver, row by row: coefficient by coefficient of each probe \[sr\].
     pub numbers: Vec<f32>,
-    /// Samples that were taken.
+    /// Samples of receivers at least half of whose samples a probe sees.
     pub n_samples: u64,
-    /// Those that a probe sees.
+    /// Those of them that a probe sees.
     pub n_valid: u64,
-    /// Receivers of which none is.
+    /// The other receivers.
+    pub n_hidden: u32,
+    /// Those of which next to no sample is seen, and which get the mean of their neighbours.
     pub blind: Vec<u32>,
 }
 
@@ -509,7 +523,7 @@ impl Transport {
             energy: factors.energy as f32,
             n_samples: self.n_samples,
             n_valid: self.n_valid,
-            n_blind: self.blind.len() as u32,
+            n_hidden: self.n_hidden,
             probes: self.probes.clone(),
             projection: packed_rows(&factors, n_columns),
             reconstruction: packed_blocks(&factors, n_rows),

@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Coefficients λ of the radiance that arrives at each probe: λ_ij = Σ L(p_i, ω) Y_j(ω) 4π/N over the directions in which it looks.
 //!
-//! Dispatch: one workgroup for each probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 2048 bytes. No atomics: a workgroup
+//! Dispatch: one workgroup for each probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 8192 bytes. No atomics: a workgroup
 //! owns its probe.
 
 #import lucerna::components::sparse_probes::directions::look_direction
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::scene::sky::sky_radiance
 
-const WORKGROUP: u32 = 64u;
+const WORKGROUP: u32 = 256u;
 /// As in `sparse_probes/look`.
 const SEEN_SKY: u32 = 0xffffffffu;
 const SEEN_UNKNOWN: u32 = 0xfffffffeu;
 
 struct ProjectInfo {
     n_probes: u32,
-    /// A multiple of WORKGROUP.
     n_directions: u32,
     /// At most 64.
     n_coefficients: u32,
@@ -66,10 +65,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let j = local % n;
     var sum = vec3<f32>(0.0);
     for (var first = 0u; first < info.n_directions; first += WORKGROUP) {
-        samples[local] = seen_radiance(seen[probe * info.n_directions + first + local], first + local);
+        let n_here = min(WORKGROUP, info.n_directions - first);
+        if local < n_here {
+            samples[local] = seen_radiance(seen[probe * info.n_directions + first + local], first + local);
+        }
         workgroupBarrier();
         if slice < n_slices {
-            for (var k = slice; k < WORKGROUP; k += n_slices) {
+            for (var k = slice; k < n_here; k += n_slices) {
                 sum += samples[k] * basis[(first + k) * n + j];
             }
         }
