@@ -2,9 +2,9 @@
 //! lucerna: real-time global illumination as WGSL modules with generated host bindings.
 //!
 //! The algorithms are WGSL files under `wgsl/`. The build script checks them, composes each kernel, and generates the Rust
-//! side of their structs and constants. Three techniques use them today: the path tracer
-//! ([`techniques::reference`](mod@techniques::reference)), which is the ground truth, and two real-time techniques,
-//! [`techniques::voxel_rt`] and [`techniques::voxel_cone`].
+//! side of their structs and constants. Five techniques use them today: the path tracer
+//! ([`techniques::reference`](mod@techniques::reference)), which is the ground truth, and four real-time techniques,
+//! [`techniques::voxel_rt`], [`techniques::voxel_cone`], [`techniques::probe_volume`] and `techniques::sparse_probes` (feature `bake`).
 //!
 //! # Where is what
 //!
