@@ -268,10 +268,17 @@ fn no_light_leaks_through_walls_at_any_angle() {
     walls::assert_leaks(found, 0.01, 0.002);
 }
 
-/// Within 3 % of the path tracer. (Noise of the path tracer is 0.4 %.)
+/// Within 3 % of the path tracer. (Noise of the path tracer is 0.4 %. With the radius that is chosen, light of a spot above is spread too far: one of four
+/// is 0.953.)
 #[test]
 fn thin_tables_are_lit_at_every_height() {
-    let settings = settings!(SparseSettings { n_probes: 128, n_texels: 8000, order: 7, ..small() });
+    let settings = settings!(SparseSettings {
+        n_probes: 128,
+        n_texels: 8000,
+        order: 7,
+        radius: 1.5,
+        ..small()
+    });
     let make = |world: &GpuScene, camera: &Camera, scene: &Scene| {
         session(world, camera, &baked(scene, world, settings))
     };
