@@ -8,7 +8,7 @@ use crate::components::lightmap::{
 use crate::components::probe_net::InspectPass;
 use crate::components::sparse_probes::{
     BakedCluster, LightmapField, LookPass, Receiver, SparseBake, SparsePlan, SparseSettings,
-    SparseSurfaces, TransportPasses, batch_bytes, clustered, places_of, radius_at,
+    SparseSurfaces, TransportPasses, clustered, most_of_cluster, places_of, radius_at,
 };
 use crate::components::voxels::{Resolution, grid_for_bounds};
 use crate::gpu::{Gpu, GpuError, Recorder, storage_buffer};
@@ -186,12 +186,6 @@ fn hash_of_places(points: &[Vec3]) -> u64 {
     let bytes: Vec<u8> =
         points.iter().flat_map(|at| at.to_array()).flat_map(f32::to_le_bytes).collect();
     xxhash_rust::xxh3::xxh3_64(&bytes).max(1)
-}
-
-/// The most receivers of a cluster, so that their transport fits into memory.
-fn most_of_cluster(settings: &SparseSettings, n_probes: usize) -> usize {
-    let row = 4 * (u64::from(settings.n_coefficients()) * n_probes as u64 + 2);
-    ((64 << 20) / row).clamp(1, settings.cluster_size.into()) as usize
 }
 
 /// Those of given points that are free.
@@ -688,12 +682,6 @@ pub fn bake_sparse_probes(
     let missing = bake.missing();
     let plan = &bake.plan;
     let surfaces = SparseSurfaces::new(scene.meshes, plan.size, &plan.corners);
-    if let Some(cluster) = missing.iter().find(|ix| {
-        let (bytes, most) = batch_bytes(plan, **ix);
-        bytes > 2 * most
-    }) {
-        return Err(SparseBakeError::Failed(format!("cluster {cluster} is too large for memory")));
-    }
     if missing.is_empty() {
         return Ok(());
     }

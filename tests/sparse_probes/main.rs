@@ -178,6 +178,32 @@ fn lights_add_up_move_and_go_out() {
     );
 }
 
+/// Texels hold any light: of a lamp that is ten million times as bright as any that was there when the technique was made, there is ten million times as
+/// much. (Halfs end at 65 504; texels are off by 1/1024.)
+#[test]
+fn lamps_may_become_bright() {
+    let (scene, dark) = (lamps([true, false]), lamps([false, false]));
+    let mut bright = scene.clone();
+    for light in &mut bright.lights {
+        if let Light::Point { intensity, .. } = light {
+            *intensity *= 1e7;
+        }
+    }
+    let [world, dark, bright] = [&scene, &dark, &bright].map(upload);
+    let bake = baked(&scene, &world, small());
+    let mut session = session(&dark, &eye(), &bake);
+    session.run(&dark, 2);
+    let mut light_of = |world: &GpuScene| {
+        session.changed(Change::Lights);
+        session.run(world, 40);
+        session.mean(world, 1, Channel::Indirect)
+    };
+    // (In this order: what is left of the bright lamp after 40 frames is still seen beside the other.)
+    let usual = light_of(&world);
+    let ratio = light_of(&bright) / usual * 1e-7;
+    assert!((ratio - 1.0).largest() < 5e-3, "of 1e7 times the light, {ratio} times that is found");
+}
+
 /// With one of four probes a frame, light arrives later, and is the same.
 #[test]
 fn staggered_probes_arrive() {

@@ -45,7 +45,7 @@ pub use settings::{EVEN_NEAR, Factorisation, LEAST_NEAR, Sight, SparseSettings, 
 pub use transport::{LightmapField, Transport};
 
 pub(crate) use plan::{clustered, radius_at};
-pub(crate) use transport::{LookPass, TransportPasses, batch_bytes, places_of};
+pub(crate) use transport::{LookPass, TransportPasses, most_of_cluster, places_of};
 
 /// How a bake is used; can be chosen anew for each run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -208,8 +208,6 @@ impl SparseProbes {
                 | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        let facts = scene.facts();
-        let peak = facts.drawn_peak.at(PEAK_DISTANCE * facts.diagonal());
         Ok(Self {
             look,
             shaders: own.clone(),
@@ -234,7 +232,7 @@ impl SparseProbes {
                 ..Default::default()
             }),
             counts,
-            scale: scale_of(peak),
+            scale: 1.0,
             texel_width: 1.0 / plan.texels_per_metre,
             frame: 0,
             n_light: 0,
@@ -260,10 +258,13 @@ impl SparseProbes {
         }
         let now = scene.revisions();
         if let Some(seen) = self.seen {
-            self.is_outdated |= seen.geometry != now.geometry;
+            self.is_outdated |= seen.geometry != now.geometry || seen.moving != now.moving;
         }
         if self.seen != Some(now) {
             self.n_light = 0;
+            // (All texels are written in each frame, so that a new scale is that of all of them.)
+            let facts = scene.facts();
+            self.scale = scale_of(facts.drawn_peak.at(PEAK_DISTANCE * facts.diagonal()));
         }
         self.seen = Some(now);
         self.record_directions(recorder);
@@ -412,7 +413,7 @@ impl SparseProbes {
         out
     }
 
-    /// By what irradiance \[W·m⁻²\] is multiplied in the lightmap's texels.
+    /// By what irradiance \[W·m⁻²\] is multiplied in the lightmap's texels, since the last update: it follows the brightest light.
     pub fn scale(&self) -> f32 {
         self.scale
     }

@@ -358,10 +358,10 @@ impl TransportPasses {
     }
 }
 
-/// Whether the coefficients of a cluster fit into a batch's memory \[bytes\].
-pub(crate) fn batch_bytes(plan: &SparsePlan, cluster: usize) -> (u64, u64) {
-    let most = u64::from(plan.settings.n_coefficients()) * plan.probes.len() as u64 + 2;
-    (4 * most * plan.receivers_of(cluster).len() as u64, BATCH_BYTES)
+/// The most receivers of a cluster, so that their coefficients fit into a batch's memory.
+pub(crate) fn most_of_cluster(settings: &SparseSettings, n_probes: usize) -> usize {
+    let row = 4 * (u64::from(settings.n_coefficients()) * n_probes as u64 + 2);
+    (BATCH_BYTES / row).clamp(1, settings.cluster_size.into()) as usize
 }
 
 impl Batch {
