@@ -161,6 +161,9 @@ pub struct StaticMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// In a list of which mesh's triangle each triangle of a scene is: none's, because it belongs to something that moves.
+pub const NO_MESH: u32 = u32::MAX;
+
 /// Numbers that change whenever something in the scene changes. Techniques, shadow maps and accumulators compare them
 /// with the numbers of their last frame, so no call is needed to report a change. Two scenes have no number in common,
 /// unless [`Revised`] gives one to both.

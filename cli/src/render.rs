@@ -6,7 +6,9 @@ pub mod settings;
 
 use super::CommandResult;
 use super::progress::Meter;
-use super::scene_args::{AdapterArguments, Prepared, SceneArguments, ViewArguments};
+use super::scene_args::{
+    AdapterArguments, ObjectArguments, Prepared, SceneArguments, ViewArguments,
+};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use glam::UVec2;
@@ -120,6 +122,8 @@ pub struct RenderArguments {
     #[command(flatten)]
     scene: SceneArguments,
     #[command(flatten)]
+    objects: ObjectArguments,
+    #[command(flatten)]
     view: ViewArguments,
     /// How light is computed.
     #[arg(long, value_name = "TECHNIQUE", default_value = REFERENCE, value_parser = technique_parser())]
@@ -157,6 +161,8 @@ pub struct ReferenceArguments {
     #[command(flatten)]
     scene: SceneArguments,
     #[command(flatten)]
+    objects: ObjectArguments,
+    #[command(flatten)]
     view: ViewArguments,
     /// Samples per pixel.
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
@@ -181,7 +187,7 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
         return Err(format!("--{name} means nothing to the technique {REFERENCE}").into());
     }
     trace(
-        (&arguments.scene, &arguments.view),
+        (&arguments.scene, &arguments.objects, &arguments.view),
         &arguments.adapter,
         &arguments.output,
         arguments.frames,
@@ -191,7 +197,7 @@ pub fn render(arguments: &RenderArguments) -> CommandResult {
 
 pub fn reference(arguments: &ReferenceArguments) -> CommandResult {
     trace(
-        (&arguments.scene, &arguments.view),
+        (&arguments.scene, &arguments.objects, &arguments.view),
         &arguments.adapter,
         &arguments.output,
         arguments.spp,
@@ -200,7 +206,7 @@ pub fn reference(arguments: &ReferenceArguments) -> CommandResult {
 }
 
 fn trace(
-    scene: (&SceneArguments, &ViewArguments),
+    scene: (&SceneArguments, &ObjectArguments, &ViewArguments),
     adapter: &AdapterArguments,
     output: &OutputArguments,
     n_samples: u32,
@@ -274,12 +280,13 @@ struct Ready {
     info: wgpu::AdapterInfo,
     rays: RaySource,
     gpu_scene: GpuScene,
+    /// Without the objects that were placed in it.
     scene: Scene,
 }
 
 /// Loads the scene, opens the device and uploads the scene to it.
 fn prepare(
-    (scene, view): (&SceneArguments, &ViewArguments),
+    (scene, objects, view): (&SceneArguments, &ObjectArguments, &ViewArguments),
     adapter: &AdapterArguments,
     output: &OutputArguments,
 ) -> Result<Ready, Box<dyn std::error::Error>> {
@@ -291,7 +298,14 @@ fn prepare(
     let diffuse_only = scene.diffuse;
     let Prepared { scene, camera, size } = scene.prepare(view)?;
     let (gpu, info, rays) = adapter.open()?;
-    let gpu_scene = upload(&gpu, &scene, diffuse_only, rays)?;
+    let gpu_scene = if objects.is_given() {
+        let mut whole = scene.clone();
+        objects.place_in(&mut whole)?;
+        let moving = scene.instances.len()..;
+        upload_with(&gpu, &whole, diffuse_only, rays, &|instance| moving.contains(&instance))?
+    } else {
+        upload(&gpu, &scene, diffuse_only, rays)?
+    };
     Ok(Ready { camera, size, gpu, info, rays, gpu_scene, scene })
 }
 
@@ -302,7 +316,19 @@ pub fn upload(
     diffuse_only: bool,
     rays: RaySource,
 ) -> Result<GpuScene, Box<dyn std::error::Error>> {
-    let gpu_scene = GpuScene::new(gpu, scene, settings!(GpuSceneOptions { diffuse_only, rays }))?;
+    upload_with(gpu, scene, diffuse_only, rays, &|_| false)
+}
+
+/// As [`upload`]; `moving`: which instances move.
+fn upload_with(
+    gpu: &Gpu,
+    scene: &Scene,
+    diffuse_only: bool,
+    rays: RaySource,
+    moving: &dyn Fn(usize) -> bool,
+) -> Result<GpuScene, Box<dyn std::error::Error>> {
+    let options = settings!(GpuSceneOptions { diffuse_only, rays });
+    let gpu_scene = GpuScene::with_moving(gpu, scene, options, moving)?;
     if gpu_scene.skipped_triangles() > 0 {
         errln!(
             "warning: {} triangles have no area or are too far away, and are left out",

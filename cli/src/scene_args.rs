@@ -2,7 +2,7 @@
 //! The scene, camera, light, size and adapter flags that several commands share.
 
 use clap::Args;
-use glam::{DVec3, UVec2, Vec3};
+use glam::{Affine3A, DVec3, Quat, UVec2, Vec3};
 use lucerna::gpu::{AdapterChoice, Gpu};
 use lucerna::gpu_scene::RaySource;
 use lucerna::picture::Picture;
@@ -29,6 +29,72 @@ pub struct SceneArguments {
     /// Replace every material with a Lambertian one whose albedo is the base colour.
     #[arg(long)]
     pub diffuse: bool,
+}
+
+/// Things that move: no part of a bake.
+#[derive(Args, Clone, Debug)]
+pub struct ObjectArguments {
+    /// Place the meshes of another file in the scene, as something that moves: "FILE position=x,y,z scale=S turn=DEG" (turned about y).
+    /// Bakes are made without it. Repeatable.
+    #[arg(long, value_name = "FILE SPEC")]
+    object: Vec<ObjectSpec>,
+}
+
+impl ObjectArguments {
+    pub fn is_given(&self) -> bool {
+        !self.object.is_empty()
+    }
+
+    /// Adds the objects to a scene, after its own instances.
+    pub fn place_in(&self, scene: &mut Scene) -> Result<(), Box<dyn std::error::Error>> {
+        for object in &self.object {
+            let file = object.file.display();
+            let loaded = Scene::load(&object.file, &LoadLimits::default())?;
+            for warning in &loaded.warnings {
+                errln!("warning: {file}: {warning}");
+            }
+            let place = (object.position + loaded.scene.origin - scene.origin).as_vec3();
+            let turn = Quat::from_rotation_y(object.turn.to_radians());
+            let scale = Vec3::splat(object.scale);
+            scene
+                .place(loaded.scene, Affine3A::from_scale_rotation_translation(scale, turn, place));
+        }
+        scene.validate().map_err(|error| format!("--object: {error}"))?;
+        Ok(())
+    }
+}
+
+/// `FILE position=x,y,z scale=S turn=DEG`.
+#[derive(Clone, Debug)]
+struct ObjectSpec {
+    file: PathBuf,
+    /// In the file's world [m].
+    position: DVec3,
+    scale: f32,
+    turn: f32,
+}
+
+impl FromStr for ObjectSpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        const KNOWN: [&str; 3] = ["position", "scale", "turn"];
+        // (Names of files may have spaces.)
+        let starts = KNOWN.iter().filter_map(|key| text.find(&format!(" {key}=")));
+        let (file, rest) = text.split_at(starts.min().unwrap_or(text.len()));
+        let fields = Fields::parse(rest, &KNOWN)?;
+        let scale = fields.number_or("scale", 1.0)?;
+        if scale <= 0.0 {
+            return Err("scale must be above 0".into());
+        }
+        let has_place = fields.0.contains_key("position");
+        Ok(Self {
+            file: file.trim().into(),
+            position: if has_place { fields.point("position")? } else { DVec3::ZERO },
+            scale,
+            turn: fields.number_or("turn", 0.0)?,
+        })
+    }
 }
 
 /// Which picture of a scene.

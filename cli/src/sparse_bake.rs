@@ -14,9 +14,9 @@ use lucerna::blocking::{
 use lucerna::components::LightVisibility;
 use lucerna::components::sparse_probes::{SparseBake, SparseError, SparseSettings};
 use lucerna::gpu::Gpu;
-use lucerna::gpu_scene::{GpuScene, WorldTriangles};
+use lucerna::gpu_scene::{GpuScene, RaySource, WorldTriangles};
 use lucerna::scene::{Scene, SceneFingerprint};
-use lucerna::seam::StaticMesh;
+use lucerna::seam::{NO_MESH, StaticMesh};
 use lucerna::techniques::sparse_probes::{SparseProbesSettings, SparseProbesTechnique};
 use lucerna::techniques::{Settings, TechniqueEntry};
 use std::error::Error;
@@ -296,14 +296,13 @@ fn fill(
     )
 }
 
-/// The technique, with the light of a bake; without one, bakes in memory.
+/// The technique, with the light of a bake; without one, bakes in memory. The `GpuScene` may have things that move besides the scene.
 pub fn technique(
-    of: (&Gpu, &GpuScene, &Scene, bool),
+    (gpu, gpu_scene, scene, (diffuse, rays)): (&Gpu, &GpuScene, &Scene, (bool, RaySource)),
     settings: &[(&str, &str)],
     file: Option<&Path>,
     visibility: &LightVisibility,
 ) -> Result<SparseProbesTechnique, Box<dyn Error>> {
-    let (gpu, gpu_scene, ..) = of;
     let chosen = SparseProbesSettings::from_texts(settings)?;
     let bake = match file {
         Some(file) => {
@@ -315,7 +314,7 @@ pub fn technique(
             }
             let fail = |error: SparseError| format!("{}: {error}", file.display());
             let bake = SparseBake::read(file, true).map_err(fail)?;
-            bake.check(&Baked::new(of).fingerprint).map_err(fail)?;
+            bake.check(&SceneFingerprint::of(scene, diffuse, &|_| false)).map_err(fail)?;
             bake.check_complete().map_err(fail)?;
             bake
         }
@@ -323,10 +322,16 @@ pub fn technique(
             errln!(
                 "baking for this picture alone: `lucerna bake --technique {NEEDS_BAKE}` keeps it"
             );
+            // (What moves is no part of the bake.)
+            let still = match gpu_scene.static_order().contains(&NO_MESH) {
+                true => Some(upload(gpu, scene, diffuse, rays)?),
+                false => None,
+            };
+            let still = still.as_ref().unwrap_or(gpu_scene);
             let interrupted = AtomicBool::new(false);
             let watch =
                 Watch { stage: Mutex::new((None, Meter::new(""))), interrupted: &interrupted };
-            let baked = Baked::new(of);
+            let baked = Baked::new((gpu, still, scene, diffuse));
             let mut bake = SparseBake::begun(plan(&baked, chosen.bake, None, &watch)?, [0, 1]);
             report_plan(&bake);
             let result = fill(&baked, &mut bake, &watch, None);
@@ -335,6 +340,6 @@ pub fn technique(
             bake
         }
     };
-    let order = gpu_scene.triangle_order();
+    let order = gpu_scene.static_order();
     Ok(SparseProbesTechnique::new(gpu, gpu_scene, &bake, order, chosen, visibility)?)
 }

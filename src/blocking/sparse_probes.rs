@@ -663,9 +663,6 @@ fn seen(gpu: &Gpu, scene: &SparseScene, plan: &SparsePlan) -> Result<Vec<u32>, S
     Ok(found[..n as usize].to_vec())
 }
 
-/// Rounds of 64 samples in one dispatch: llvmpipe lets an invocation's loops run 65 535 times.
-const ROUNDS: u32 = 4;
-
 /// Computes the transport of those clusters of a bake's part that are missing, and compresses them, while the GPU computes the next one. `keep` is
 /// given each, in the order in which they are done, and may write it down; once it returns false, the rest is left out, and the error is
 /// [`SparseBakeError::Stopped`].
@@ -700,19 +697,20 @@ pub fn bake_sparse_probes(
         }
     }
     let n_rays = plan.settings.n_rays.next_multiple_of(64).max(64);
-    let rounds = match plan.settings.sight {
-        crate::components::sparse_probes::Sight::Bits => ROUNDS,
-        crate::components::sparse_probes::Sight::Rays => 1,
-    };
     // Begins a cluster: submits all of its samples, and the copy of what they add up to.
     let begin = |cluster: usize| -> Result<_, SparseBakeError> {
         let batch = passes.batch(gpu, plan, &surfaces, cluster)?;
+        let (rounds, step) = passes.rounds_and_outputs(&batch);
+        let all = 1 + plan.settings.n_radiance();
         let mut first = 0;
         while first < n_rays {
             let n_rounds = rounds.min((n_rays - first) / 64);
-            submit(&mut |recorder| {
-                passes.record(recorder, scene.seam, &batch, first, n_rounds);
-            });
+            for output in (0..all).step_by(step as usize) {
+                let outputs = (output, step.min(all - output));
+                submit(&mut |recorder| {
+                    passes.record(recorder, scene.seam, &batch, (first, n_rounds), outputs);
+                });
+            }
             first += 64 * n_rounds;
         }
         let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {

@@ -5,7 +5,7 @@ use super::atlas::{Atlas, Encoding};
 use crate::bindings::lucerna::scene::data as wgsl;
 use crate::bindings::lucerna::scene::types::NONE;
 use crate::scene::{AlphaMode, Material, Scene, TextureRef};
-use crate::seam::StaticMesh;
+use crate::seam::{NO_MESH, StaticMesh};
 use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
 
 /// Beyond this, products in ray tests exceed f32's range.
@@ -88,6 +88,32 @@ impl WorldTriangles {
             out.last_mut().into_iter().for_each(|mesh| mesh.triangles.push(vertices));
         }
         out
+    }
+
+    /// For each triangle of `order`, its place among those of instances that do not move, or NO_MESH; None if nothing moves.
+    pub(super) fn static_order(
+        &self,
+        scene: &Scene,
+        moving: &dyn Fn(usize) -> bool,
+        order: &[u32],
+    ) -> Option<Vec<u32>> {
+        let moving: Vec<bool> = (0..scene.instances.len()).map(moving).collect();
+        if !moving.contains(&true) {
+            return None;
+        }
+        let mut n_still = 0;
+        let places: Vec<u32> = self
+            .origins
+            .iter()
+            .map(|origin| match moving[origin.instance as usize] {
+                true => NO_MESH,
+                false => {
+                    n_still += 1;
+                    n_still - 1
+                }
+            })
+            .collect();
+        Some(order.iter().map(|ix| places[*ix as usize]).collect())
     }
 
     /// Moves triangle `order[i]` to place `i`.

@@ -113,6 +113,8 @@ pub struct GpuScene {
     memory: SceneMemory,
     skipped_triangles: usize,
     order: Vec<u32>,
+    /// As `order`, of what does not move; None: nothing moves.
+    static_order: Option<Vec<u32>>,
     lights: Vec<Light>,
     sky_luminance: f32,
     /// As kernels see them.
@@ -212,6 +214,7 @@ impl GpuScene {
         let mut world = WorldTriangles::of(scene);
         let bvh = Bvh::build(&world.positions);
         let order = bvh.triangle_order().to_vec();
+        let static_order = world.static_order(scene, moving, &order);
         world.reorder(&order);
         let (bounds_min, bounds_max) = world.bounds();
 
@@ -298,6 +301,7 @@ impl GpuScene {
             memory,
             skipped_triangles: world.skipped,
             order,
+            static_order,
             lights: scene.lights.clone(),
             sky_luminance: sky.mean_luminance,
             triangles,
@@ -493,6 +497,12 @@ impl GpuScene {
     /// For each triangle, as kernels count them, its place in [`WorldTriangles::of`] the scene.
     pub fn triangle_order(&self) -> &[u32] {
         &self.order
+    }
+
+    /// For each triangle, as kernels count them, its place in [`WorldTriangles::of`] the scene without the instances that move (see
+    /// [`GpuScene::with_moving`]); [`NO_MESH`](crate::seam::NO_MESH) for theirs.
+    pub fn static_order(&self) -> &[u32] {
+        self.static_order.as_ref().unwrap_or(&self.order)
     }
 
     /// How much memory the scene takes on the GPU.

@@ -20,6 +20,7 @@ mod limits;
 mod load;
 #[cfg(feature = "obj")]
 mod obj;
+mod place;
 #[cfg(any(feature = "gltf", feature = "obj"))]
 #[cfg_attr(not(all(feature = "gltf", feature = "obj")), allow(dead_code))]
 mod rebase;

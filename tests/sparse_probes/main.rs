@@ -6,6 +6,7 @@ mod files;
 #[path = "../kernels/harness.rs"]
 mod harness;
 mod lightmap;
+mod objects;
 #[allow(dead_code)]
 #[path = "../voxel_rt/session.rs"]
 mod session;
@@ -22,7 +23,9 @@ use crate::support::{floor, lambert, room, scene};
 use glam::{DVec3, Vec3};
 use lucerna::blocking::{SparseScene, bake_sparse_probes, plan_sparse_probes};
 use lucerna::components::LightVisibility;
-use lucerna::components::sparse_probes::{Sight, SparseBake, SparseLook, SparseSettings, Support};
+use lucerna::components::sparse_probes::{
+    Numbers, Sight, SparseBake, SparseLook, SparseSettings, Support,
+};
 use lucerna::gpu_scene::{GpuScene, WorldTriangles};
 use lucerna::scene::{Camera, Light, Material, Scene, SceneFingerprint};
 use lucerna::seam::{Change, StaticMesh};
@@ -96,6 +99,7 @@ fn the_furnace_is_white() {
         (0.5, settings!(SparseSettings { order: 7, sight: Sight::Rays, ..small() })),
         (0.5, settings!(SparseSettings { n_probes: 1, ..small() })),
         (0.5, settings!(SparseSettings { support: Support::Even, n_vectors: 8, ..small() })),
+        (0.5, settings!(SparseSettings { numbers: Numbers::Bytes, radiance: 2, ..small() })),
         (0.95, small()),
     ] {
         let material = Material { emission, ..lambert([albedo; 3]) };

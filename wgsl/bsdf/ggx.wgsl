@@ -11,6 +11,7 @@
 #define_import_path lucerna::bsdf::ggx
 
 #import lucerna::math::constants::{INV_PI, TWO_PI}
+#import lucerna::math::vector::safe_normalize
 
 /// Lower bound of the visibility's divisor, so that it stays finite at exactly grazing angles.
 const MIN_VISIBILITY_DIVISOR: f32 = 1e-20;
@@ -62,4 +63,20 @@ fn pdf_ggx_reflection(cos_o: f32, h: vec3<f32>, alpha: f32) -> f32 {
 /// Refraction", 2007, eq. 35), and a mirrored direction turns twice as far. At most 60°.
 fn spread_of_ggx(alpha: f32) -> f32 {
     return tan(min(2.0 * atan(alpha), 1.0471976));
+}
+
+/// Sharpness κ of the lobe exp(κ(ω·d − 1)) around [`mean_of_ggx`] that, above the surface, is as wide as what a GGX lobe of width α reflects: our
+/// fit to its mean cosine, within 0.05 for α from 0.05 on. (Half of 1/α², as for the microfacets' normals, is too sharp: GGX has long tails.)
+fn sharpness_of_ggx(alpha: f32) -> f32 {
+    return 1.4 / alpha;
+}
+
+/// The mean direction from which a GGX lobe of width α takes uniform light, unit length: between the mirrored direction and the normal. Our fit, within
+/// 0.08 rad of the integral for α from 0.05 and a cosine of the viewer to the normal from 0.2 on. `normal`, `to_viewer`: unit length.
+fn mean_of_ggx(normal: vec3<f32>, to_viewer: vec3<f32>, alpha: f32) -> vec3<f32> {
+    let smoothness = clamp(1.0 - alpha, 1e-4, 1.0);
+    let slant = 1.0 - clamp(dot(normal, to_viewer), 0.0, 1.0);
+    let power = 1.25 - 1.3 * smoothness + (2.1 * smoothness - 0.15) * slant;
+    let share = min(pow(smoothness, power), 1.0);
+    return safe_normalize(mix(normal, reflect(-to_viewer, normal), share), normal);
 }

@@ -257,8 +257,11 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
     let (bounces, seed) = (arguments.bounces.map(|n| n.to_string()), output.seed.to_string());
     settings.extend(bounces.as_deref().filter(|_| has("bounces")).map(|n| ("bounces", n)));
     settings.extend(has("seed").then_some(("seed", seed.as_str())));
-    let Ready { camera, size, gpu, info, rays, gpu_scene, scene } =
-        prepare((&arguments.scene, &arguments.view), &arguments.adapter, output)?;
+    let Ready { camera, size, gpu, info, rays, gpu_scene, scene } = prepare(
+        (&arguments.scene, &arguments.objects, &arguments.view),
+        &arguments.adapter,
+        output,
+    )?;
     let maps = match arguments.realtime.filtering() {
         Some(filtering) => {
             let settings = ShadowSettings::new(arguments.realtime.shadow_size, filtering);
@@ -289,7 +292,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
                 [bake] if bake.weight == 1.0 => Some(bake.file.as_path()),
                 _ => return Err(format!("{NEEDS_BAKE} takes one --bake, without a weight").into()),
             };
-            let of = (&gpu, &gpu_scene, &scene, arguments.scene.diffuse);
+            let of = (&gpu, &gpu_scene, &scene, (arguments.scene.diffuse, rays));
             Box::new(crate::sparse_bake::technique(of, &settings, baked, &of_voxels)?)
         }
         [] => technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?,

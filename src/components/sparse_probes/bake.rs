@@ -6,11 +6,11 @@
 //! | words | what |
 //! |---|---|
 //! | 2 | `LUCSPARS` |
-//! | 1 | the version of the format, 1 |
+//! | 1 | the version of the format, 2 |
 //! | 1 | words of the head |
 //! | 2 | the part of a divided bake, and how many there are: 0 of 1 if it is not divided |
 //! | 6 | the scene's fingerprint: shape, pose, light |
-//! | 13 | settings |
+//! | 15 | settings |
 //! | 2, 1 | size of the lightmap \[texels\], texels per metre (f32) |
 //! | 1 | the radius within which probes count for most receivers \[m, f32\] |
 //! | 2 | a hash of the places that probes were given; 0: none were |
@@ -29,7 +29,7 @@
 //! A file of an unfinished bake is the same, with clusters in any order.
 
 use super::plan::{Receiver, SparsePlan};
-use super::settings::SparseSettings;
+use super::settings::{N_WORDS, Numbers, SparseSettings};
 use crate::bindings::kernels::sparse_probes::look::SEEN_UNKNOWN;
 use crate::picture::write_whole_file;
 use crate::scene::SceneFingerprint;
@@ -39,9 +39,9 @@ use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u32; 2] = [u32::from_le_bytes(*b"LUCS"), u32::from_le_bytes(*b"PARS")];
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Words before the lists.
-const FIXED_WORDS: usize = 6 + 6 + 13 + 3 + 1 + 2 + 2 + 4;
+const FIXED_WORDS: usize = 6 + 6 + N_WORDS + 3 + 1 + 2 + 2 + 4;
 const CHECKSUM_WORDS: usize = 2;
 /// Words before the lists of a cluster.
 const CLUSTER_WORDS: usize = 10;
@@ -67,9 +67,10 @@ pub struct BakedCluster {
     pub n_hidden: u32,
     /// The probes that count in it.
     pub probes: Vec<u32>,
-    /// Rows of Σ_c Vᵀ, two halfs a word; rows have an even number of columns.
+    /// Rows of Σ_c Vᵀ in whole words: two halfs each; or what the row is multiplied by (f32), then four bytes each.
     pub projection: Vec<u32>,
-    /// For each block of 64 receivers, for each two columns of U_c, a word of two halfs for each receiver.
+    /// For each output, for each block of 64 receivers, for each two columns of U_c a word of two halfs for each receiver; or for each four a word of
+    /// four bytes.
     pub reconstruction: Vec<u32>,
 }
 
@@ -355,8 +356,12 @@ impl BakedCluster {
     }
 
     /// Words of a row of Σ_c Vᵀ.
-    pub fn words_of_row(&self, n_coefficients: u32) -> usize {
-        (self.probes.len() * n_coefficients as usize).div_ceil(2)
+    pub fn words_of_row(&self, settings: &SparseSettings) -> usize {
+        let n_columns = self.probes.len() * settings.n_coefficients() as usize;
+        match settings.numbers {
+            Numbers::Halfs => n_columns.div_ceil(2),
+            Numbers::Bytes => 1 + n_columns.div_ceil(4),
+        }
     }
 }
 
@@ -500,17 +505,25 @@ fn cluster_of(record: &[u32], plan: &SparsePlan) -> Result<BakedCluster, SparseE
     if out.probes.iter().any(|probe| *probe as usize >= plan.probes.len()) {
         return Err(invalid("it has a probe that is not there"));
     }
-    let row = out.words_of_row(plan.settings.n_coefficients());
+    let row = out.words_of_row(&plan.settings);
     out.projection = words.take(row * n_vectors as usize)?.to_vec();
-    let blocks = (n_receivers as usize).div_ceil(BLOCK);
-    let n_words = (n_vectors as usize).div_ceil(2) * BLOCK * blocks;
+    let blocks = (n_receivers as usize).div_ceil(BLOCK) * plan.settings.n_outputs() as usize;
+    let n_words = (n_vectors as usize).div_ceil(plan.settings.numbers.in_word()) * BLOCK * blocks;
     out.reconstruction = words.take(n_words)?.to_vec();
     if !words.0.is_empty() {
         return Err(invalid("it is too long"));
     }
     // (Infinity and NaN have all bits of the exponent.)
     let is_finite = |two: &u32| [two >> 10 & 31, two >> 26 & 31].iter().all(|bits| *bits != 31);
-    if !out.projection.iter().chain(&out.reconstruction).all(is_finite) {
+    let is_possible = match plan.settings.numbers {
+        Numbers::Halfs => out.projection.iter().chain(&out.reconstruction).all(is_finite),
+        Numbers::Bytes => out
+            .projection
+            .iter()
+            .step_by(row.max(1))
+            .all(|scale| f32::from_bits(*scale).is_finite()),
+    };
+    if !is_possible {
         return Err(invalid("numbers are not finite"));
     }
     Ok(out)

@@ -23,7 +23,8 @@ mod transport;
 
 use crate::bindings::kernels::sparse_probes::dilate::DilateInfo;
 use crate::bindings::kernels::sparse_probes::directions::{self, DirectionsInfo};
-use crate::bindings::kernels::sparse_probes::gather::ClustersInfo;
+use crate::bindings::kernels::sparse_probes::distances::DistancesInfo;
+use crate::bindings::kernels::sparse_probes::gather::{self, ClustersInfo};
 use crate::bindings::kernels::sparse_probes::light::{self, LightInfo};
 use crate::bindings::kernels::sparse_probes::project::ProjectInfo;
 use crate::bindings::kernels::sparse_probes::receive::ReceiveInfo;
@@ -37,11 +38,11 @@ use crate::gpu::{
 use crate::report::{Notice, Stat};
 use crate::seam::{Mismatch, Revisions, SceneSeam, check_shaders};
 use glam::{UVec3, Vec3};
-use transport::{ADVICE, inverse, seam_receivers, uploaded};
+use transport::{ADVICE, ProbeField, inverse, is_order_of, seam_receivers, uploaded};
 
 pub use bake::{BLOCK, BakedCluster, SparseBake, SparseError, is_in_shard};
 pub use plan::{Receiver, SparsePlan, SparseSurfaces};
-pub use settings::{EVEN_NEAR, Factorisation, LEAST_NEAR, Sight, SparseSettings, Support};
+pub use settings::{EVEN_NEAR, Factorisation, LEAST_NEAR, Numbers, Sight, SparseSettings, Support};
 pub use transport::{LightmapField, Transport};
 
 pub(crate) use plan::{clustered, radius_at};
@@ -99,8 +100,13 @@ pub struct SparseProbes {
     gather: ComputeKernel,
     receive: ComputeKernel,
     dilate: ComputeKernel,
-    directions: Option<ComputeKernel>,
+    /// What is computed once, until it is.
+    once: Option<[ComputeKernel; 2]>,
     field: LightmapField,
+    probe_field: ProbeField,
+    numbers: Numbers,
+    radiance: u32,
+    radius: f32,
     buffers: Buffers,
     texels: wgpu::TextureView,
     counts: Counts,
@@ -143,6 +149,8 @@ struct Counts {
     clusters: u32,
     basis: u32,
     blocks: u32,
+    /// What each receiver gets: see [`SparseSettings::n_outputs`].
+    outputs: u32,
     size: glam::UVec2,
 }
 
@@ -158,7 +166,8 @@ struct Quality {
 
 impl SparseProbes {
     /// Makes them of a bake. `order`: for each triangle of the scene, as its seam counts them, which one of the meshes of the bake it is
-    /// ([`GpuScene::triangle_order`](crate::gpu_scene::GpuScene::triangle_order)). `visibility`: how receivers find out which lights they see.
+    /// ([`GpuScene::static_order`](crate::gpu_scene::GpuScene::static_order)); what moves was not baked, and has [`NO_MESH`](crate::seam::NO_MESH).
+    /// `visibility`: how receivers find out which lights they see.
     ///
     /// # Errors
     /// The bake is not complete or does not fit the scene, or a buffer is larger than the device can bind.
@@ -173,7 +182,7 @@ impl SparseProbes {
         bake.check_complete()?;
         let plan = &bake.plan;
         let n_triangles = scene.facts().n_triangles;
-        if plan.corners.len() != order.len() || order.len() != n_triangles as usize {
+        if !is_order_of(order, plan.corners.len()) || order.len() != n_triangles as usize {
             let (expected, found) = (plan.corners.len() as u32, n_triangles);
             return Err(Mismatch::Triangles { expected, found }.into());
         }
@@ -186,7 +195,12 @@ impl SparseProbes {
             order: plan.settings.order,
             clusters: plan.n_clusters() as u32,
             basis: plan.settings.n_vectors,
-            blocks: bake.clusters.iter().map(|of| of.n_receivers.div_ceil(BLOCK as u32)).sum(),
+            blocks: bake
+                .clusters
+                .iter()
+                .map(|of| of.n_receivers.div_ceil(BLOCK as u32) * plan.settings.n_outputs())
+                .sum(),
+            outputs: plan.settings.n_outputs(),
             size: plan.size,
         };
         let inverse = inverse(order, plan.corners.len());
@@ -194,8 +208,9 @@ impl SparseProbes {
         let group = Some(scene.group());
         let lit = own.with_variant(visibility.variant(own.variant()));
         let kernel = |name| ComputeKernel::new(gpu, own, group, name);
+        let depth_or_array_layers = 2 * counts.outputs;
         let size =
-            wgpu::Extent3d { width: plan.size.x, height: plan.size.y, depth_or_array_layers: 2 };
+            wgpu::Extent3d { width: plan.size.x, height: plan.size.y, depth_or_array_layers };
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("lightmap"),
             size,
@@ -218,7 +233,11 @@ impl SparseProbes {
             gather: kernel("sparse_probes/gather"),
             receive: kernel("sparse_probes/receive"),
             dilate: kernel("sparse_probes/dilate"),
-            directions: Some(kernel("sparse_probes/directions")),
+            once: Some([kernel("sparse_probes/directions"), kernel("sparse_probes/distances")]),
+            probe_field: ProbeField::new(gpu, plan)?,
+            numbers: plan.settings.numbers,
+            radiance: plan.settings.radiance,
+            radius: if plan.radius > 0.0 { plan.radius } else { 1.0 },
             field: LightmapField::new(
                 gpu,
                 plan.size,
@@ -258,7 +277,7 @@ impl SparseProbes {
         }
         let now = scene.revisions();
         if let Some(seen) = self.seen {
-            self.is_outdated |= seen.geometry != now.geometry || seen.moving != now.moving;
+            self.is_outdated |= seen.geometry != now.geometry;
         }
         if self.seen != Some(now) {
             self.n_light = 0;
@@ -267,7 +286,7 @@ impl SparseProbes {
             self.scale = scale_of(facts.drawn_peak.at(PEAK_DISTANCE * facts.diagonal()));
         }
         self.seen = Some(now);
-        self.record_directions(recorder);
+        self.record_once(recorder, scene);
         self.record_light(recorder, scene);
         self.record_reflected(recorder);
         self.record_projection(recorder, scene);
@@ -276,22 +295,35 @@ impl SparseProbes {
         Ok(())
     }
 
-    /// The basis functions in the directions of probes: once.
-    fn record_directions(&mut self, recorder: &mut Recorder) {
-        let Some(kernel) = self.directions.take() else { return };
+    /// The basis functions in the directions of probes, and how far these see: once.
+    fn record_once(&mut self, recorder: &mut Recorder, scene: &dyn SceneSeam) {
+        let Some([directions, distances]) = self.once.take() else { return };
         let info = DirectionsInfo {
             n_directions: self.counts.directions,
             last_band: self.counts.order,
             reserved_a: 0,
             reserved_b: 0,
         };
-        kernel
-            .call(&mut recorder.compute(kernel.name()))
+        let items = self.counts.directions.next_multiple_of(directions::WORKGROUP);
+        directions
+            .call(&mut recorder.compute(directions.name()))
             .uniform("info", &info)
             .bind("basis", &self.buffers.basis)
-            .dispatch(Dispatch::Items(
-                self.counts.directions.next_multiple_of(directions::WORKGROUP),
-            ));
+            .dispatch(Dispatch::Items(items));
+        let info = DistancesInfo {
+            n_probes: self.counts.probes,
+            n_directions: self.counts.directions,
+            radius: self.radius,
+            reserved_a: 0,
+        };
+        distances
+            .call(&mut recorder.compute(distances.name()))
+            .scene(scene.group())
+            .uniform("info", &info)
+            .bind("seen", &self.buffers.seen)
+            .bind("receivers", &self.buffers.receivers)
+            .bind("places", &self.probe_field.places)
+            .dispatch(Dispatch::Rows(self.counts.probes));
     }
 
     fn record_light(&mut self, recorder: &mut Recorder, scene: &dyn SceneSeam) {
@@ -367,8 +399,12 @@ impl SparseProbes {
             n_clusters: self.counts.clusters,
             n_coefficients: self.counts.coefficients,
             n_basis: self.counts.basis,
-            reserved_a: 0,
+            numbers: match self.numbers {
+                Numbers::Halfs => gather::NUMBERS_HALFS,
+                Numbers::Bytes => gather::NUMBERS_BYTES,
+            },
         };
+        let numbers = info.numbers;
         self.gather
             .call(&mut recorder.compute(self.gather.name()))
             .uniform("info", &info)
@@ -382,7 +418,11 @@ impl SparseProbes {
             n_blocks: self.counts.blocks,
             n_basis: self.counts.basis,
             scale: self.scale,
+            numbers,
+            n_receivers: self.counts.receivers,
             reserved_a: 0,
+            reserved_b: 0,
+            reserved_c: 0,
         };
         self.receive
             .call(&mut recorder.compute(self.receive.name()))
@@ -403,12 +443,13 @@ impl SparseProbes {
             .bind("irradiance", &of.irradiance)
             .bind("lightmap_out", &self.texels)
             .with(self.field.bindings())
-            .dispatch(Dispatch::Box(UVec3::new(size.x, size.y, 2)));
+            .dispatch(Dispatch::Box(UVec3::new(size.x, size.y, 2 * self.counts.outputs)));
     }
 
-    /// What kernels need to look up the lightmap: the field `lightmap` and its texels.
+    /// What kernels need to look up light: the fields `lightmap` and `sparse_probes`, and the lightmap's texels.
     pub fn bindings(&self) -> Bindings<'_> {
         let mut out = self.field.bindings();
+        out.extend(self.probe_field.bindings(&self.buffers.lambda));
         out.push(("lightmap_texels", Resource::from(&self.texels)));
         out
     }
@@ -418,12 +459,17 @@ impl SparseProbes {
         self.scale
     }
 
-    /// The lightmap: `rgba16float`, indirect irradiance times [`Self::scale`]; layer 0 front, 1 back.
+    /// Greatest band of the radiance that arrives at receivers; 0: irradiance alone is known.
+    pub fn radiance(&self) -> u32 {
+        self.radiance
+    }
+
+    /// The lightmap: `rgba16float`, indirect irradiance times [`Self::scale`]; layer 0 front, 1 back. Bakes of radiance have more layers (`wgsl/kernels/sparse_probes/receive.wgsl`).
     pub fn lightmap(&self) -> &wgpu::TextureView {
         &self.texels
     }
 
-    /// Indirect irradiance of each receiver \[W·m⁻²\], four f32 each.
+    /// Indirect irradiance of each receiver \[W·m⁻²\], four f32 each; in bakes of radiance, then the other outputs.
     pub fn irradiance(&self) -> &wgpu::Buffer {
         &self.buffers.irradiance
     }
@@ -450,9 +496,12 @@ impl SparseProbes {
             &of.blocks,
             &of.reconstruction,
             &of.cluster_light,
+            &self.probe_field.places,
         ];
         let texels = u64::from(self.counts.size.x) * u64::from(self.counts.size.y);
-        buffers.iter().map(|of| of.size()).sum::<u64>() + self.field.bytes() + 16 * texels
+        buffers.iter().map(|of| of.size()).sum::<u64>()
+            + self.field.bytes()
+            + 16 * u64::from(self.counts.outputs) * texels
     }
 
     /// Counts and bytes.
@@ -566,7 +615,8 @@ impl Buffers {
             probes.extend(&of.probes);
             projection.extend(&of.projection);
             reconstruction.extend(&of.reconstruction);
-            blocks.extend((0..of.n_receivers.div_ceil(BLOCK as u32)).map(|block| [ix, block]));
+            let n_blocks = of.n_receivers.div_ceil(BLOCK as u32) * counts.outputs;
+            blocks.extend((0..n_blocks).map(|block| [ix, block]));
         }
         let none = wgpu::BufferUsages::empty();
         let four_floats =
@@ -575,7 +625,10 @@ impl Buffers {
         Ok(Self {
             receivers: uploaded(gpu, "receivers", &receivers)?,
             lit: uploaded(gpu, "light on receivers", &lit)?,
-            irradiance: four_floats("irradiance of receivers", counts.receivers)?,
+            irradiance: four_floats(
+                "what arrives at receivers",
+                counts.receivers.saturating_mul(counts.outputs),
+            )?,
             radiance: four_floats("radiance of receivers", counts.receivers)?,
             seen: uploaded(gpu, "what probes see", &plan.seen)?,
             basis: storage_buffer(gpu, "basis functions", n_basis, none, ADVICE)?,

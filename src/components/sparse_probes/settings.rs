@@ -32,10 +32,33 @@ pub enum Factorisation {
     Randomised,
 }
 
+/// How the numbers of the factors are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Numbers {
+    /// Floats of 16 bits.
+    #[default]
+    Halfs,
+    /// Whole numbers of 8 bits, relative to the largest one of each vector.
+    Bytes,
+}
+
+impl Numbers {
+    /// Numbers of a word of 32 bits.
+    pub fn in_word(self) -> usize {
+        match self {
+            Self::Halfs => 2,
+            Self::Bytes => 4,
+        }
+    }
+}
+
 /// The fewest probes that count for a receiver, if there are as many: its radius is larger, if need be.
 pub const LEAST_NEAR: usize = 4;
 /// Probes that count for a receiver with [`Support::Even`].
 pub const EVEN_NEAR: usize = 12;
+
+/// Words of settings in a file.
+pub(super) const N_WORDS: usize = 15;
 
 /// Settings of a bake of sparse probes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +88,10 @@ pub struct SparseSettings {
     pub sight: Sight,
     /// How transport matrices are factorised.
     pub factorisation: Factorisation,
+    /// How the factors are stored.
+    pub numbers: Numbers,
+    /// Order of the spherical harmonics of the radiance that arrives at receivers, 1 to 4, for normal maps and glossy surfaces; 0: irradiance alone.
+    pub radiance: u32,
     /// Seed of the random numbers.
     pub seed: u32,
 }
@@ -84,6 +111,8 @@ impl Default for SparseSettings {
             cluster_size: 1024,
             sight: Sight::Bits,
             factorisation: Factorisation::Exact,
+            numbers: Numbers::Halfs,
+            radiance: 0,
             seed: 0,
         }
     }
@@ -95,8 +124,18 @@ impl SparseSettings {
         (self.order + 1) * (self.order + 1)
     }
 
+    /// Coefficients of the radiance that arrives at a receiver; 0: none are kept.
+    pub fn n_radiance(&self) -> u32 {
+        if self.radiance == 0 { 0 } else { (self.radiance + 1) * (self.radiance + 1) }
+    }
+
+    /// Numbers of each colour that a receiver gets: irradiance; and with radiance, its coefficients and what they lack of the irradiance.
+    pub fn n_outputs(&self) -> u32 {
+        if self.radiance == 0 { 1 } else { 2 + self.n_radiance() }
+    }
+
     /// As numbers of a file.
-    pub(super) fn words(&self) -> [u32; 13] {
+    pub(super) fn words(&self) -> [u32; N_WORDS] {
         [
             self.n_probes,
             self.order,
@@ -110,12 +149,14 @@ impl SparseSettings {
             self.cluster_size,
             self.sight as u32,
             self.factorisation as u32,
+            self.numbers as u32,
+            self.radiance,
             self.seed,
         ]
     }
 
     /// Inverse of [`Self::words`]; None: they are not possible.
-    pub(super) fn of_words(words: [u32; 13]) -> Option<Self> {
+    pub(super) fn of_words(words: [u32; N_WORDS]) -> Option<Self> {
         let out = Self {
             n_probes: words[0],
             order: words[1],
@@ -133,9 +174,12 @@ impl SparseSettings {
             } else {
                 Factorisation::Randomised
             },
-            seed: words[12],
+            numbers: if words[12] == 0 { Numbers::Halfs } else { Numbers::Bytes },
+            radiance: words[13],
+            seed: words[14],
         };
         let is_possible = out.order <= 7
+            && out.radiance <= 4
             && out.n_directions.is_multiple_of(64)
             && (64..=1 << 20).contains(&out.n_directions)
             && (1..=128).contains(&out.n_vectors)

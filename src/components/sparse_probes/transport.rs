@@ -4,15 +4,17 @@
 use super::bake::{BLOCK, BakedCluster};
 use super::compress::{Factors, factorise};
 use super::plan::{Receiver, SparsePlan, SparseSurfaces};
-use super::settings::{Sight, SparseSettings};
+use super::settings::{Numbers, Sight, SparseSettings};
+use crate::bindings::kernels::sparse_probes::distances;
 use crate::bindings::kernels::sparse_probes::look::{self, LookInfo};
 use crate::bindings::kernels::sparse_probes::sight::{self, SightInfo};
 use crate::bindings::kernels::sparse_probes::sky_mask::{self, SkyMaskInfo};
 use crate::bindings::kernels::sparse_probes::transport::{self, TransportInfo};
 use crate::bindings::lucerna::components::sparse_probes::sky_mask::SKY_MASK_WORDS;
 use crate::bindings::lucerna::fields::lightmap::{Lightmap, NO_RECEIVER};
+use crate::bindings::lucerna::fields::sparse_probes::SparseInfo;
 use crate::gpu::{Bindings, ComputeKernel, Dispatch, Gpu, GpuError, Recorder, storage_buffer};
-use crate::seam::SceneSeam;
+use crate::seam::{NO_MESH, SceneSeam};
 use glam::{UVec2, Vec2, Vec3};
 use half::f16;
 
@@ -85,11 +87,72 @@ impl LightmapField {
     }
 }
 
-/// For each triangle of the meshes, which one of the seam it is.
+/// For each triangle of the meshes, which one of the seam it is. Those of the seam that no mesh has, because they move, are not asked for.
 pub(crate) fn inverse(order: &[u32], n_triangles: usize) -> Vec<u32> {
     let mut out = vec![0; n_triangles];
-    (0u32..).zip(order).for_each(|(ix, of)| out[*of as usize] = ix);
+    for (ix, of) in (0u32..).zip(order) {
+        if let Some(place) = out.get_mut(*of as usize) {
+            *place = ix;
+        }
+    }
     out
+}
+
+/// Whether `order` has each triangle of the meshes once; what it has besides moves.
+pub(super) fn is_order_of(order: &[u32], n_triangles: usize) -> bool {
+    let mut known = vec![false; n_triangles];
+    let mut n = 0;
+    for of in order.iter().filter(|of| **of != NO_MESH) {
+        match known.get_mut(*of as usize) {
+            Some(known) if !*known => *known = true,
+            _ => return false,
+        }
+        n += 1;
+    }
+    n == n_triangles
+}
+
+/// The field `sparse_probes`: probes that are read directly.
+#[derive(Debug)]
+pub(super) struct ProbeField {
+    uniform: wgpu::Buffer,
+    /// Places, and maps of distances, which are made on the GPU.
+    pub places: wgpu::Buffer,
+}
+
+impl ProbeField {
+    pub fn new(gpu: &Gpu, plan: &SparsePlan) -> Result<Self, GpuError> {
+        let n_probes = plan.probes.len();
+        let radius = if plan.radius > 0.0 { plan.radius } else { 1.0 };
+        let places = places_of(&plan.probes);
+        let bytes = 16 * (n_probes.max(1) as u64) * (1 + u64::from(distances::WORKGROUP) / 2);
+        let copied = wgpu::BufferUsages::COPY_DST;
+        let buffer = storage_buffer(gpu, "distances of probes", bytes, copied, ADVICE)?;
+        gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&places));
+        let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("sparse probes"),
+            size: size_of::<SparseInfo>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | copied,
+            mapped_at_creation: false,
+        });
+        let info = SparseInfo {
+            n_probes: n_probes as u32,
+            last_band: plan.settings.order,
+            radius,
+            reserved_a: 0,
+        };
+        gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&info));
+        Ok(Self { uniform, places: buffer })
+    }
+
+    /// The field's bindings.
+    pub fn bindings<'a>(&'a self, lambda: &'a wgpu::Buffer) -> Bindings<'a> {
+        vec![
+            ("sparse_info", (&self.uniform).into()),
+            ("sparse_lambda", lambda.into()),
+            ("sparse_places", (&self.places).into()),
+        ]
+    }
 }
 
 /// Receivers as kernels see them: with the seam's triangles.
@@ -151,6 +214,9 @@ impl LookPass {
 
 /// Words of one dispatch of `sparse_probes/sight`: each is up to 32 rays.
 const SIGHT_STEP: u32 = 1 << 15;
+/// Rounds of 64 samples in one dispatch, and iterations of an invocation's loops, at most.
+const MOST_ROUNDS: u32 = 4;
+const MOST_LOOPS: u32 = 40_000;
 /// If fewer than one of so many samples are seen by a probe, they say nothing about the rest.
 const FEW: u32 = 64;
 /// The most bytes of the coefficients of a batch.
@@ -179,6 +245,8 @@ pub(crate) struct Batch {
     pub cluster: usize,
     n_receivers: u32,
     stride: u32,
+    /// The most probes that count for one of its receivers.
+    most_near: u32,
     probes: Vec<u32>,
     first_point: u32,
     first_near: u32,
@@ -285,7 +353,9 @@ impl TransportPasses {
         probes.sort_unstable();
         probes.dedup();
         let slot = |probe: u32| probes.binary_search(&probe).unwrap_or(0) as u32;
-        let stride = probes.len() as u32 * n_coefficients + 2;
+        let n_radiance = self.settings.n_radiance();
+        let n_columns = probes.len() as u32 * n_coefficients;
+        let stride = n_columns * (1 + n_radiance) + transport::TAIL + n_radiance;
         let (mut points, mut nears): (Vec<[u32; 4]>, Vec<[u32; 4]>) = Default::default();
         let mut records: Vec<[u32; 4]> = Vec::new();
         for (ix, near) in range.clone().zip(&near) {
@@ -312,6 +382,7 @@ impl TransportPasses {
             cluster,
             n_receivers: range.len() as u32,
             stride,
+            most_near: near.iter().map(Vec::len).max().unwrap_or(0) as u32,
             probes,
             first_point,
             first_near,
@@ -320,14 +391,30 @@ impl TransportPasses {
         })
     }
 
-    /// Records the next samples of a batch: `n_rounds` of 64, after `first_sample`.
+    /// Rounds of 64 samples in one dispatch, and outputs: so many that an invocation's loops run less than 65 535 times, where llvmpipe (Mesa 22)
+    /// ends them. The loops are those over the samples, coefficients and outputs of a probe, and those of the samples' rays.
+    pub fn rounds_and_outputs(&self, batch: &Batch) -> (u32, u32) {
+        let all = 1 + self.settings.n_radiance();
+        let n_outputs = (1..=all).rev().find(|n| self.loops_of(batch, *n) < MOST_LOOPS);
+        let n_outputs = n_outputs.unwrap_or(1);
+        // (With rays to each probe, nobody knows how many loops these take.)
+        let most = if self.settings.sight == Sight::Rays { 1 } else { MOST_ROUNDS };
+        ((MOST_LOOPS / self.loops_of(batch, n_outputs)).clamp(1, most), n_outputs)
+    }
+
+    fn loops_of(&self, batch: &Batch, n_outputs: u32) -> u32 {
+        let items = (batch.most_near * n_outputs).div_ceil(transport::WORKGROUP).max(1);
+        items * transport::WORKGROUP * (1 + self.settings.n_coefficients()) + 2000
+    }
+
+    /// Records the next samples of a batch for some of its outputs: `n_rounds` of 64, after `first_sample`.
     pub fn record(
         &self,
         recorder: &mut Recorder,
         scene: &dyn SceneSeam,
         batch: &Batch,
-        first_sample: u32,
-        n_rounds: u32,
+        (first_sample, n_rounds): (u32, u32),
+        (first_output, n_outputs): (u32, u32),
     ) {
         let info = TransportInfo {
             n_receivers: batch.n_receivers,
@@ -345,6 +432,10 @@ impl TransportPasses {
             first_point: batch.first_point,
             first_near: batch.first_near,
             zero: 0,
+            n_radiance: self.settings.n_radiance(),
+            first_output,
+            n_outputs,
+            reserved_a: 0,
         };
         self.transport_kernel
             .call(&mut recorder.compute(self.transport_kernel.name()))
@@ -360,7 +451,8 @@ impl TransportPasses {
 
 /// The most receivers of a cluster, so that their coefficients fit into a batch's memory.
 pub(crate) fn most_of_cluster(settings: &SparseSettings, n_probes: usize) -> usize {
-    let row = 4 * (u64::from(settings.n_coefficients()) * n_probes as u64 + 2);
+    let columns = u64::from(settings.n_coefficients()) * n_probes as u64;
+    let row = 4 * u64::from(1 + settings.n_radiance()) * (columns + 4);
     (BATCH_BYTES / row).clamp(1, settings.cluster_size.into()) as usize
 }
 
@@ -376,20 +468,25 @@ impl Batch {
         n_expected: u32,
     ) -> Result<Transport, String> {
         let stride = self.stride as usize;
-        let n_columns = stride - 2;
+        let n_radiance = plan.settings.n_radiance() as usize;
+        let tail = stride - transport::TAIL as usize - n_radiance;
+        let n_columns = tail / (1 + n_radiance);
+        let n_outputs = plan.settings.n_outputs() as usize;
+        let n_receivers = self.n_receivers as usize;
         let mut out = Transport {
             cluster: self.cluster,
             probes: self.probes.clone(),
             n_receivers: self.n_receivers,
-            numbers: Vec::with_capacity(n_columns * self.n_receivers as usize),
+            n_outputs: n_outputs as u32,
+            numbers: vec![0.0; n_columns * n_receivers * n_outputs],
             n_samples: 0,
             n_valid: 0,
             n_hidden: 0,
             blind: Vec::new(),
         };
-        for (ix, row) in sums.chunks_exact(stride).take(self.n_receivers as usize).enumerate() {
-            let (numbers, counts) = row.split_at(n_columns);
-            let [n_valid, n_whole] = [counts[0] as u32, counts[1] as u32];
+        for (ix, row) in sums.chunks_exact(stride).take(n_receivers).enumerate() {
+            let (numbers, counts) = row.split_at(tail);
+            let [n_valid, n_whole] = [counts[1] as u32, counts[2] as u32];
             if n_whole != n_expected {
                 return Err(format!(
                     "the driver has cut {} of {n_expected} samples of a receiver short: its loops do not run as they should",
@@ -403,15 +500,28 @@ impl Batch {
             } else {
                 out.n_hidden += 1;
             }
-            if n_valid < n_whole.div_ceil(FEW) {
+            if n_valid < n_whole.div_ceil(FEW) || counts[0] <= 0.0 {
                 out.blind.push(ix as u32);
+                continue;
             }
-            let scale = if n_valid < n_whole.div_ceil(FEW) {
-                0.0
-            } else {
-                std::f32::consts::PI / n_valid as f32
+            let scale = std::f32::consts::PI / counts[0];
+            let mut put = |output: usize, numbers: &[f32], factor: f32| {
+                let first = (output * n_receivers + ix) * n_columns;
+                let to = &mut out.numbers[first..first + n_columns];
+                to.iter_mut().zip(numbers).for_each(|(to, number)| *to += factor * number);
             };
-            out.numbers.extend(numbers.iter().map(|number| number * scale));
+            let (irradiance, radiance) = numbers.split_at(n_columns);
+            put(0, irradiance, scale);
+            if n_radiance == 0 {
+                continue;
+            }
+            // What the coefficients lack of the irradiance: D = I − Σ A_l Y_k(N) R_k, with the mean of Y_k over the texel's normals.
+            put(1, irradiance, scale);
+            for (k, numbers) in radiance.chunks_exact(n_columns.max(1)).enumerate() {
+                let y = counts[transport::TAIL as usize + k] / n_whole as f32;
+                put(1, numbers, -scale * cosine_factor(k) * y);
+                put(2 + k, numbers, scale);
+            }
         }
         out.fill_blind(plan);
         Ok(out)
@@ -425,9 +535,11 @@ pub struct Transport {
     pub cluster: usize,
     /// The probes that count in it.
     pub probes: Vec<u32>,
-    /// Rows.
+    /// Receivers.
     pub n_receivers: u32,
-    /// α of each receiver, row by row: coefficient by coefficient of each probe \[sr\].
+    /// Numbers that each receiver gets: the matrix has as many rows for each, output after output.
+    pub n_outputs: u32,
+    /// α of each output of each receiver, row by row: coefficient by coefficient of each probe \[sr\].
     pub numbers: Vec<f32>,
     /// Samples of receivers at least half of whose samples a probe sees.
     pub n_samples: u64,
@@ -442,7 +554,8 @@ pub struct Transport {
 impl Transport {
     /// Columns of the matrix.
     pub fn n_columns(&self) -> usize {
-        self.numbers.len().checked_div(self.n_receivers as usize).unwrap_or(0)
+        let n_rows = self.n_receivers as usize * self.n_outputs as usize;
+        self.numbers.len().checked_div(n_rows).unwrap_or(0)
     }
 
     /// Receivers that see nothing that a probe sees get the mean of those beside them in the lightmap.
@@ -462,20 +575,24 @@ impl Transport {
                     && !self.blind.contains(&(*ix as u32))
             };
             let beside: Vec<usize> = (0..receivers.len()).filter(is_beside).collect();
-            let row = &mut self.numbers[*blind as usize * n..][..n];
-            for ix in &beside {
-                let share = 1.0 / beside.len() as f32;
-                row.iter_mut().zip(&before[ix * n..]).for_each(|(x, y)| *x += share * y);
+            let share = 1.0 / beside.len() as f32;
+            for output in 0..self.n_outputs as usize {
+                let first = output * self.n_receivers as usize;
+                let row = &mut self.numbers[(first + *blind as usize) * n..][..n];
+                for ix in &beside {
+                    let other = &before[(first + ix) * n..];
+                    row.iter_mut().zip(other).for_each(|(x, y)| *x += share * y);
+                }
             }
         }
     }
 
-    /// Factorises it, and stores the factors as halfs.
+    /// Factorises it, and stores the factors.
     ///
     /// # Errors
     /// The decomposition does not converge.
     pub fn compressed(&self, settings: &SparseSettings) -> Result<BakedCluster, String> {
-        let n_rows = self.n_receivers as usize;
+        let n_rows = self.n_receivers as usize * self.n_outputs as usize;
         let most = settings.n_vectors as usize;
         let n_columns = self.n_columns();
         let n_coefficients = settings.n_coefficients() as usize;
@@ -516,6 +633,22 @@ impl Transport {
         for (ix, number) in factors.projection.iter_mut().enumerate() {
             *number /= weight(ix % n_columns);
         }
+        let (projection, reconstruction) = match settings.numbers {
+            Numbers::Halfs => {
+                let pack = |two: &[f32]| two_halfs(two[0], two.get(1).copied().unwrap_or(0.0));
+                let rows = factors.projection.chunks_exact(n_columns.max(1));
+                let projection = rows.flat_map(|row| row.chunks(2).map(pack)).collect();
+                (projection, self.packed_blocks(&factors, 2, &|of| two_halfs(of[0], of[1])))
+            }
+            Numbers::Bytes => {
+                normalise(&mut factors, n_rows, n_columns);
+                let rows = factors.projection.chunks_exact(n_columns.max(1));
+                (
+                    rows.flat_map(bytes_of_row).collect(),
+                    self.packed_blocks(&factors, 4, &four_bytes),
+                )
+            }
+        };
         Ok(BakedCluster {
             ix: self.cluster as u32,
             n_receivers: self.n_receivers,
@@ -525,10 +658,49 @@ impl Transport {
             n_valid: self.n_valid,
             n_hidden: self.n_hidden,
             probes: self.probes.clone(),
-            projection: packed_rows(&factors, n_columns),
-            reconstruction: packed_blocks(&factors, n_rows),
+            projection,
+            reconstruction,
         })
     }
+
+    /// U_c as the kernel reads it: for each output, block and `in_word` columns, a word for each of 64 receivers.
+    fn packed_blocks(
+        &self,
+        factors: &Factors,
+        in_word: usize,
+        pack: &dyn Fn(&[f32]) -> u32,
+    ) -> Vec<u32> {
+        let n = self.n_receivers as usize;
+        let n_rows = n * self.n_outputs as usize;
+        let at = |output: usize, receiver: usize, k: usize| {
+            let is_there = receiver < n && k < factors.n_vectors;
+            let row = output * n + receiver;
+            if is_there { factors.reconstruction[k * n_rows + row] } else { 0.0 }
+        };
+        let mut out = Vec::new();
+        for (output, block) in blocks_of(n, self.n_outputs as usize) {
+            for word in 0..factors.n_vectors.div_ceil(in_word) {
+                out.extend((0..BLOCK).map(|lane| {
+                    let of = |k| at(output, block * BLOCK + lane, in_word * word + k);
+                    pack(&(0..in_word).map(of).collect::<Vec<_>>())
+                }));
+            }
+        }
+        out
+    }
+}
+
+/// The blocks of a cluster: output, and the block's place among the receivers.
+fn blocks_of(n_receivers: usize, n_outputs: usize) -> impl Iterator<Item = (usize, usize)> {
+    let blocks = n_receivers.div_ceil(BLOCK);
+    (0..n_outputs * blocks).map(move |ix| (ix / blocks, ix % blocks))
+}
+
+/// A(l) of the clamped cosine for coefficient `k` (`wgsl/sh/convolve.wgsl`).
+fn cosine_factor(k: usize) -> f32 {
+    use std::f32::consts::PI;
+    const EXPECTED: [f32; 5] = [PI, 2.0 * PI / 3.0, PI / 4.0, 0.0, -PI / 24.0];
+    EXPECTED[(k as f32 + 0.5).sqrt() as usize]
 }
 
 /// How large a probe's coefficient is expected to be, relative to the constant one: those of band l as 1/(l + 1). Radiance has less and less in
@@ -546,26 +718,29 @@ fn two_halfs(low: f32, high: f32) -> u32 {
     bits(low) | bits(high) << 16
 }
 
-fn packed_rows(factors: &Factors, n_columns: usize) -> Vec<u32> {
-    let pack = |two: &[f32]| two_halfs(two[0], two.get(1).copied().unwrap_or(0.0));
-    let rows = factors.projection.chunks_exact(n_columns.max(1));
-    rows.flat_map(|row| row.chunks(2).map(pack)).collect()
-}
-
-fn packed_blocks(factors: &Factors, n_rows: usize) -> Vec<u32> {
-    let at = |row: usize, k: usize| {
-        let is_there = row < n_rows && k < factors.n_vectors;
-        if is_there { factors.reconstruction[k * n_rows + row] } else { 0.0 }
-    };
-    let mut out = Vec::new();
-    for block in 0..n_rows.div_ceil(BLOCK) {
-        for two in 0..factors.n_vectors.div_ceil(2) {
-            let row = |lane: usize| block * BLOCK + lane;
-            out.extend(
-                (0..BLOCK)
-                    .map(|lane| two_halfs(at(row(lane), 2 * two), at(row(lane), 2 * two + 1))),
-            );
+/// Vectors whose largest number is 1 or −1; what is taken from them is given to their rows of Σ_c Vᵀ.
+fn normalise(factors: &mut Factors, n_rows: usize, n_columns: usize) {
+    for k in 0..factors.n_vectors {
+        let column = &mut factors.reconstruction[k * n_rows..][..n_rows];
+        let largest = column.iter().fold(0.0f32, |a, b| a.max(b.abs()));
+        if largest > 0.0 {
+            column.iter_mut().for_each(|x| *x /= largest);
+            factors.projection[k * n_columns..][..n_columns].iter_mut().for_each(|x| *x *= largest);
         }
     }
-    out
+}
+
+/// Four numbers in −1 to 1 (`pack4x8snorm`); missing ones are 0.
+fn four_bytes(of: &[f32]) -> u32 {
+    let byte = |x: &f32| u32::from((x.clamp(-1.0, 1.0) * 127.0).round() as i8 as u8);
+    of.iter().enumerate().map(|(k, x)| byte(x) << (8 * k)).sum()
+}
+
+/// What a row is multiplied by, and its bytes.
+fn bytes_of_row(row: &[f32]) -> Vec<u32> {
+    let largest = row.iter().fold(0.0f32, |a, b| a.max(b.abs()));
+    let share = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+    let words =
+        row.chunks(4).map(|of| four_bytes(&of.iter().map(|x| x * share).collect::<Vec<_>>()));
+    std::iter::once(largest.to_bits()).chain(words).collect()
 }

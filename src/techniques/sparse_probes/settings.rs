@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Settings of `sparse-probes`.
 
-use crate::components::sparse_probes::{Factorisation, Sight, SparseLook, SparseSettings, Support};
+use crate::components::sparse_probes::{
+    Factorisation, Numbers, Sight, SparseLook, SparseSettings, Support,
+};
 use crate::components::voxel_light::setting;
 use crate::techniques::{Setting, SettingChoice, SettingKind, SettingValue, Settings};
 
@@ -15,7 +17,7 @@ pub struct SparseProbesSettings {
 }
 
 /// The settings that are fixed when it has been baked; the others are chosen when it is used.
-pub const BAKED: [&str; 12] = [
+pub const BAKED: [&str; 14] = [
     "probes",
     "order",
     "texels",
@@ -28,6 +30,8 @@ pub const BAKED: [&str; 12] = [
     "cluster-size",
     "mutual-visibility",
     "factorisation",
+    "numbers",
+    "radiance",
 ];
 
 const SUPPORT: &[SettingChoice] = &[
@@ -43,6 +47,11 @@ const SIGHT: &[SettingChoice] = &[
 const FACTORISATION: &[SettingChoice] = &[
     SettingChoice::new("exact", "a singular-value decomposition"),
     SettingChoice::new("randomised", "a randomised one, some ten times faster"),
+];
+
+const NUMBERS: &[SettingChoice] = &[
+    SettingChoice::new("halfs", "floats of 16 bits"),
+    SettingChoice::new("bytes", "8 bits, relative to each vector's largest number"),
 ];
 
 impl Settings for SparseProbesSettings {
@@ -115,6 +124,18 @@ impl Settings for SparseProbesSettings {
             "How transport matrices are factorised",
         ),
         Setting::new(
+            "numbers",
+            "",
+            SettingKind::Choice(NUMBERS),
+            "How the factors of the transport are stored",
+        ),
+        Setting::new(
+            "radiance",
+            "",
+            SettingKind::integer(0, 4),
+            "Order of the radiance that arrives at texels, for normal maps and glossy surfaces; 0: irradiance alone",
+        ),
+        Setting::new(
             "update-every",
             "frames",
             SettingKind::integer(1, 1024),
@@ -146,9 +167,11 @@ impl Settings for SparseProbesSettings {
             9 => Integer(bake.cluster_size),
             10 => Word(SIGHT[bake.sight as usize].name),
             11 => Word(FACTORISATION[bake.factorisation as usize].name),
-            12 => Integer(look.update_every),
-            13 => Switch(look.bounces),
-            14 => Integer(look.n_light_frames),
+            12 => Word(NUMBERS[bake.numbers as usize].name),
+            13 => Integer(bake.radiance),
+            14 => Integer(look.update_every),
+            15 => Switch(look.bounces),
+            16 => Integer(look.n_light_frames),
             _ => Integer(bake.seed),
         }
     }
@@ -176,10 +199,14 @@ impl Settings for SparseProbesSettings {
                     _ => Factorisation::Exact,
                 };
             }
-            (12, Integer(n)) => look.update_every = n,
-            (13, Switch(is_on)) => look.bounces = is_on,
-            (14, Integer(n)) => look.n_light_frames = n,
-            (15, Integer(n)) => (bake.seed, look.seed) = (n, n),
+            (12, Word(name)) => {
+                bake.numbers = if name == "bytes" { Numbers::Bytes } else { Numbers::Halfs };
+            }
+            (13, Integer(n)) => bake.radiance = n,
+            (14, Integer(n)) => look.update_every = n,
+            (15, Switch(is_on)) => look.bounces = is_on,
+            (16, Integer(n)) => look.n_light_frames = n,
+            (17, Integer(n)) => (bake.seed, look.seed) = (n, n),
             _ => {}
         }
     }

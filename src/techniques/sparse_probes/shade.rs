@@ -19,7 +19,7 @@ pub(super) const DEBUG_VIEWS: &[DebugView] = &[
     DebugView::new("irradiance", "indirect irradiance [W/m²], before the surface reflects it"),
     DebugView::new(
         "texels",
-        "the place in the lightmap as red and green, and its texels as squares of blue; all red where nothing is known",
+        "the place in the lightmap as red and green, and its texels as squares of blue; white where probes are read instead; all red where nothing is known",
     ),
 ];
 
@@ -59,8 +59,8 @@ impl ShadePass {
                 Shown::Texels => wgsl::SHOWN_TEXELS,
             },
             scale: probes.scale(),
+            radiance: probes.radiance(),
             reserved_a: 0,
-            reserved_b: 0,
         };
         self.0
             .call(&mut recorder.compute(self.0.name()))

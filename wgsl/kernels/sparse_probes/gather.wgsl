@@ -20,14 +20,19 @@ struct ClustersInfo {
     n_coefficients: u32,
     /// Numbers of each cluster's light.
     n_basis: u32,
-    reserved_a: u32,
+    /// A NUMBERS_ constant.
+    numbers: u32,
 }
+
+/// How numbers are stored: two halfs a word (`pack2x16float`); or four of eight bits (`pack4x8snorm`).
+const NUMBERS_HALFS: u32 = 0u;
+const NUMBERS_BYTES: u32 = 1u;
 
 @group(1) @binding(0) var<uniform> info: ClustersInfo;
 @group(1) @binding(1) var<storage, read> clusters: array<Cluster>;
 /// The numbers of the probes of all clusters.
 @group(1) @binding(2) var<storage, read> cluster_probes: array<u32>;
-/// Rows of Σ_c Vᵀ, two halfs a word (`pack2x16float`); rows have an even number of columns.
+/// Rows of Σ_c Vᵀ, each a number of whole words. Before a row of bytes there is what they are multiplied by [f32].
 @group(1) @binding(3) var<storage, read> projection: array<u32>;
 /// rgb: coefficients of the probes.
 @group(1) @binding(4) var<storage, read> lambda: array<vec4<f32>>;
@@ -47,7 +52,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let cluster = clusters[ix];
     let n = info.n_coefficients;
     let n_columns = cluster.n_probes * n;
-    let words_of_row = (n_columns + 1u) / 2u;
+    let is_bytes = info.numbers == NUMBERS_BYTES;
+    let in_word = select(2u, 4u, is_bytes);
+    let words_of_row = (n_columns + in_word - 1u) / in_word + u32(is_bytes);
     let lane = local % SHARE;
     for (var first_row = 0u; first_row < info.n_basis; first_row += ROWS) {
         let row = first_row + local / SHARE;
@@ -62,11 +69,18 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             staged[local] = value;
             workgroupBarrier();
             if row < cluster.n_vectors {
-                let start = cluster.first_projection + row * words_of_row + first / 2u;
-                let n_words = min(TILE / 2u, words_of_row - first / 2u);
+                let start = cluster.first_projection + row * words_of_row + first / in_word + u32(is_bytes);
+                let n_words = (min(TILE, n_columns - first) + in_word - 1u) / in_word;
                 for (var k = lane; k < n_words; k += SHARE) {
-                    let two = unpack2x16float(projection[start + k]);
-                    sum += two.x * staged[2u * k] + two.y * staged[2u * k + 1u];
+                    let word = projection[start + k];
+                    if is_bytes {
+                        let four = unpack4x8snorm(word);
+                        sum += four.x * staged[4u * k] + four.y * staged[4u * k + 1u];
+                        sum += four.z * staged[4u * k + 2u] + four.w * staged[4u * k + 3u];
+                    } else {
+                        let two = unpack2x16float(word);
+                        sum += two.x * staged[2u * k] + two.y * staged[2u * k + 1u];
+                    }
                 }
             }
             workgroupBarrier();
@@ -76,6 +90,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         if lane == 0u && row < info.n_basis {
             for (var k = 1u; k < SHARE; k++) {
                 sum += parts[local + k];
+            }
+            if is_bytes && row < cluster.n_vectors {
+                sum *= bitcast<f32>(projection[cluster.first_projection + row * words_of_row]);
             }
             cluster_light[ix * info.n_basis + row] = vec4<f32>(sum, 0.0);
         }

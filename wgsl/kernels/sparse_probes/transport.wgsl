@@ -5,25 +5,31 @@
 //!
 //! A. Silvennoinen, J. Lehtinen, "Real-time Global Illumination by Precomputed Local Reconstruction from Sparse Radiance Probes", ACM TOG
 //! 36(6), 2017. Directions are cosine-distributed, points are drawn within the receiver's texel; the sums that are kept here become the mean of
-//! the valid samples, times π, when they are divided by their number.
+//! the valid samples, times π, when they are divided by the sum of these samples' weights.
 //!
-//! Dispatch: one workgroup for each receiver, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 2560 bytes. A workgroup owns
+//! With `n_radiance` > 0, also the transport to the spherical harmonics of the radiance that arrives from above the surface,
+//!
+//!     α_ijk = ∫ K_ij(x, ω) Y_k(ω) dω  over the hemisphere of the geometric normal,
+//!
+//! for normal maps and glossy surfaces. Then every other direction is uniform over that hemisphere, and both kinds weigh by the balance heuristic.
+//!
+//! Dispatch: one workgroup for each receiver, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: 10496 bytes. A workgroup owns
 //! its receiver, and adds in a fixed order: the same input gives the same bytes.
 
 #import lucerna::components::sparse_probes::sky_mask::{SKY_MASK_WORDS, sky_mask_texel}
 #import lucerna::fields::lightmap::{NO_RECEIVER, receiver_at}
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::integrators::probe_sight::{probe_sees_sky, probe_sees_surface, sided_surface}
-#import lucerna::math::constants::FLOAT_MAX
+#import lucerna::math::constants::{FLOAT_MAX, INV_PI}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::math::loops::loops_run
 #import lucerna::math::vector::safe_normalize
-#import lucerna::sampling::hemisphere::sample_cosine_hemisphere
+#import lucerna::sampling::hemisphere::{pdf_cosine_hemisphere, pdf_uniform_hemisphere, sample_cosine_hemisphere, sample_uniform_hemisphere}
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::pcg::pcg3d
 #import lucerna::scene::rays::nearest_hit
-#import lucerna::scene::types::{Ray, hit_is_miss}
+#import lucerna::scene::types::{Ray, Surface, hit_is_miss}
 #import lucerna::sh::basis::sh_basis_to
 
 /// Samples of a receiver in each round: one an invocation.
@@ -45,9 +51,10 @@ struct TransportInfo {
     /// Rounds of WORKGROUP samples.
     n_rounds: u32,
     seed: u32,
-    /// The greatest band of the coefficients.
+    /// The greatest band of the probes' coefficients.
     last_band: u32,
-    /// Numbers that each receiver has in `sums`; the last two count its valid samples and all.
+    /// Numbers that each receiver has in `sums`: `n_columns` for irradiance and as many for each coefficient of radiance; then TAIL numbers: the valid
+    /// samples' weights, how many are valid, and all; then for each coefficient of radiance the sum of that function at the samples' normals.
     stride: u32,
     /// A SIGHT_BY_ constant.
     sight: u32,
@@ -60,7 +67,19 @@ struct TransportInfo {
     first_near: u32,
     /// 0 (see `math::loops`).
     zero: u32,
+    /// Spherical harmonics of the radiance that arrives at a receiver, at most MAX_RADIANCE; 0: irradiance alone.
+    n_radiance: u32,
+    /// Outputs that this dispatch adds to: 0 is irradiance, k + 1 coefficient k of radiance.
+    first_output: u32,
+    n_outputs: u32,
+    reserved_a: u32,
 }
+
+/// Tail of a receiver's numbers in `sums`, before what is seen of its normal.
+const TAIL: u32 = 3u;
+/// The most coefficients of radiance: order 4.
+const MAX_RADIANCE: u32 = 25u;
+const MAX_RADIANCE_BAND: u32 = 4u;
 
 @group(1) @binding(0) var<uniform> info: TransportInfo;
 /// The batch, in four words each. For each receiver: its first point, how many it has, its side, its number in the scene; its first near probe,
@@ -87,6 +106,48 @@ var<workgroup> found: array<u32, WORKGROUP>;
 var<workgroup> seen_by: array<vec4<u32>, WORKGROUP>;
 /// 1: the driver has ended an invocation's loops early.
 var<workgroup> is_cut: array<u32, WORKGROUP>;
+/// How much it counts: x for irradiance, y for radiance [sr⁻¹ of the functions' unit]: cosine and 1, over π times the density.
+var<workgroup> shares: array<vec2<f32>, WORKGROUP>;
+/// The functions of the radiance at each sample's direction; afterwards, at its normal.
+var<workgroup> functions: array<f32, 1600>;
+const_assert 1600u == WORKGROUP * MAX_RADIANCE;
+var<workgroup> normals: array<vec3<f32>, WORKGROUP>;
+
+/// A direction to look in.
+struct Look {
+    direction: vec3<f32>,
+    /// As in `shares`.
+    share: vec2<f32>,
+}
+
+/// The direction of a sample: cosine-distributed about the shading normal; for radiance, half of them uniform over the geometric normal's hemisphere.
+fn look_of_sample(surface: Surface, sample_ix: u32, seeds: vec2<u32>) -> Look {
+    if info.n_radiance == 0u {
+        let local = sample_cosine_hemisphere(sobol_owen(sample_ix, seeds.x));
+        return Look(frame_from_normal(surface.shading_normal) * local, vec2<f32>(1.0, 0.0));
+    }
+    // (Points of a Sobol sequence with odd numbers fill half of the square, so each kind counts its own.)
+    let ix = sample_ix >> 1u;
+    var direction: vec3<f32>;
+    if (sample_ix & 1u) == 0u {
+        direction = frame_from_normal(surface.shading_normal) * sample_cosine_hemisphere(sobol_owen(ix, seeds.x));
+    } else {
+        direction = frame_from_normal(surface.geometric_normal) * sample_uniform_hemisphere(sobol_owen(ix, seeds.y));
+    }
+    let cosine = max(dot(direction, surface.shading_normal), 0.0);
+    let is_above = dot(direction, surface.geometric_normal) > 0.0;
+    let density = 0.5 * (pdf_cosine_hemisphere(cosine) + select(0.0, pdf_uniform_hemisphere(), is_above));
+    // (A direction that was drawn has a density above 0, but for rounding.)
+    return Look(direction, vec2<f32>(cosine, 1.0) * (INV_PI / max(density, 1e-6)));
+}
+
+/// Keeps the functions of the radiance in a direction.
+fn keep_functions(direction: vec3<f32>, local: u32) {
+    var y = sh_basis_to(direction, MAX_RADIANCE_BAND);
+    for (var k = 0u; k < info.n_radiance; k++) {
+        functions[local * MAX_RADIANCE + k] = y[k];
+    }
+}
 
 /// One sample: where it leads, and which of the near probes see that.
 fn take_sample(record: vec4<u32>, near: vec2<u32>, sample_ix: u32, local: u32) {
@@ -94,8 +155,13 @@ fn take_sample(record: vec4<u32>, near: vec2<u32>, sample_ix: u32, local: u32) {
     let choice = min(u32(sobol_owen(sample_ix, seeds.x).x * f32(record.y)), record.y - 1u);
     let point = job[info.first_point + record.x + choice];
     let surface = sided_surface(point.x, unpack2x16unorm(point.y), record.z);
-    let local_direction = sample_cosine_hemisphere(sobol_owen(sample_ix, seeds.y));
-    let direction = frame_from_normal(surface.shading_normal) * local_direction;
+    let look = look_of_sample(surface, sample_ix, seeds.yz);
+    let direction = look.direction;
+    shares[local] = look.share;
+    if info.n_radiance != 0u {
+        keep_functions(direction, local);
+        normals[local] = surface.shading_normal;
+    }
     seen_by[local] = vec4<u32>(0u);
     if dot(direction, surface.geometric_normal) <= 0.0 {
         found[local] = FOUND_DARK;
@@ -169,11 +235,15 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let near = job[2u * ix + 1u].xy;
     let row = ix * info.stride;
     let n_coefficients = (info.last_band + 1u) * (info.last_band + 1u);
+    let tail = row + info.stride - TAIL - info.n_radiance;
+    let n_columns = (info.stride - TAIL - info.n_radiance) / (1u + info.n_radiance);
     for (var round = 0u; round < info.n_rounds; round++) {
         take_sample(record, near, info.first_sample + round * WORKGROUP + local, local);
         workgroupBarrier();
-        // From here on, an invocation is a probe.
-        for (var k = local; k < near.y; k += WORKGROUP) {
+        // From here on, an invocation is an output of a probe.
+        for (var item = local; item < near.y * info.n_outputs; item += WORKGROUP) {
+            let k = item / info.n_outputs;
+            let output = info.first_output + item % info.n_outputs;
             let at = info.first_near + 2u * (near.x + k);
             let probe = bitcast<vec4<f32>>(job[at]);
             var own: array<f32, 64>;
@@ -186,27 +256,45 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                     direction = safe_normalize(direction - probe.xyz, vec3<f32>(0.0, 1.0, 0.0));
                 }
                 var y = sh_basis_to(direction, info.last_band);
-                let share = probe.w * targets[s].w;
+                var share = probe.w * targets[s].w;
+                if output == 0u {
+                    share *= shares[s].x;
+                } else {
+                    share *= shares[s].y * functions[s * MAX_RADIANCE + output - 1u];
+                }
                 for (var j = 0u; j < n_coefficients; j++) {
                     own[j] += share * y[j];
                 }
             }
-            let first = row + job[at + 1u].y;
+            let first = row + output * n_columns + job[at + 1u].y;
             for (var j = 0u; j < n_coefficients; j++) {
                 sums[first + j] += own[j];
             }
         }
         is_cut[local] = u32(!loops_run(info.zero));
         workgroupBarrier();
-        if local == 0u {
-            var n_valid = 0.0;
+        if local == 0u && info.first_output == 0u {
+            var valid = vec2<f32>(0.0);
             var n_whole = 0.0;
             for (var s = 0u; s < WORKGROUP; s++) {
-                n_valid += f32(u32(found[s] != FOUND_NOTHING && found[s] != FOUND_CUT));
+                let is_valid = found[s] != FOUND_NOTHING && found[s] != FOUND_CUT;
+                valid += select(vec2<f32>(0.0), vec2<f32>(shares[s].x, 1.0), is_valid);
                 n_whole += f32(u32(found[s] != FOUND_CUT && is_cut[s] == 0u));
             }
-            sums[row + info.stride - 2u] += n_valid;
-            sums[row + info.stride - 1u] += n_whole;
+            sums[tail] += valid.x;
+            sums[tail + 1u] += valid.y;
+            sums[tail + 2u] += n_whole;
+        }
+        if info.n_radiance != 0u {
+            keep_functions(normals[local], local);
+            workgroupBarrier();
+            if local < info.n_radiance && info.first_output == 0u {
+                var sum = 0.0;
+                for (var s = 0u; s < WORKGROUP; s++) {
+                    sum += functions[s * MAX_RADIANCE + local];
+                }
+                sums[tail + TAIL + local] += sum;
+            }
         }
         workgroupBarrier();
     }
