@@ -88,6 +88,8 @@ pub mod compare;
 pub mod components;
 #[cfg(feature = "gpu")]
 pub mod film;
+#[cfg(feature = "fit")]
+pub mod fit;
 #[cfg(feature = "gpu")]
 pub mod frame;
 #[cfg(feature = "gpu")]

@@ -58,6 +58,9 @@ enum Command {
     Bake(bake::BakeArguments),
     /// Join the parts of a bake that `bake --shard` divided.
     Merge(sparse_bake::MergeArguments),
+    /// Find the colours of the scene's lights from a picture, and render the scene with them.
+    #[command(allow_negative_numbers = true)]
+    FitLights(Box<render::fit_lights::FitArguments>),
     /// Measure how much a picture differs from another.
     Compare(compare::CompareArguments),
     /// Put pictures side by side, with labels and with how much each differs from the first.
@@ -92,6 +95,7 @@ fn main() -> ExitCode {
         Command::Reference(arguments) => render::reference(&arguments),
         Command::Bake(arguments) => bake::bake(&arguments),
         Command::Merge(arguments) => sparse_bake::merge(&arguments),
+        Command::FitLights(arguments) => render::fit_lights::fit(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Sheet(arguments) => sheet::sheet(&arguments),
         Command::Kernels(arguments) => kernels::kernels(&arguments),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `lucerna render` and `lucerna reference`.
 
+pub mod fit_lights;
 mod realtime;
 pub mod settings;
 

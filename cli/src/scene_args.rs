@@ -109,6 +109,13 @@ pub struct ViewArguments {
     size: SizeSpec,
 }
 
+impl ViewArguments {
+    /// Chooses the size \[pixels\].
+    pub fn set_size(&mut self, size: UVec2) {
+        self.size = SizeSpec(size);
+    }
+}
+
 /// Which adapter to use, and what traces rays.
 #[derive(Args, Clone, Debug)]
 pub struct AdapterArguments {
@@ -413,6 +420,46 @@ impl LightSpec {
             *position = place;
         }
         light
+    }
+}
+
+/// A light as `--light` takes it. `origin`: of its scene in the file's world [m].
+pub fn spec_of(light: &Light, origin: DVec3) -> String {
+    let three = |of: Vec3| format!("{},{},{}", of.x, of.y, of.z);
+    let place = |of: &Vec3| match origin {
+        // (f32's own digits.)
+        DVec3::ZERO => three(*of),
+        _ => {
+            let at = of.as_dvec3() + origin;
+            format!("{},{},{}", at.x, at.y, at.z)
+        }
+    };
+    let within = |range: &Option<f32>| range.map_or(String::new(), |m| format!(" range={m}"));
+    match light {
+        Light::Point { position, intensity, range } => {
+            format!(
+                "kind=point position={} intensity={}{}",
+                place(position),
+                three(*intensity),
+                within(range)
+            )
+        }
+        Light::Spot { position, direction, intensity, inner, outer, range } => format!(
+            "kind=spot position={} direction={} intensity={} inner={} outer={}{}",
+            place(position),
+            three(*direction),
+            three(*intensity),
+            inner.to_degrees(),
+            outer.to_degrees(),
+            within(range)
+        ),
+        Light::Directional { direction, irradiance } => {
+            format!(
+                "kind=directional direction={} intensity={}",
+                three(*direction),
+                three(*irradiance)
+            )
+        }
     }
 }
 

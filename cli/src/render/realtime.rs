@@ -11,6 +11,7 @@ use crate::progress::Meter;
 use crate::render::settings::{BAKED, BAKES, NEEDS_BAKE};
 use clap::Args;
 use lucerna::blocking::{FrameStats, FramesToRender, Progress, read_film, render_frames_with};
+use lucerna::components::LightVisibility;
 use lucerna::components::probes::{BakeError, ProbeFile};
 use lucerna::components::shadow_maps::{ShadowFiltering, ShadowMaps, ShadowSettings};
 use lucerna::frame::{DirectSettings, FramePasses, ViewSettings};
@@ -19,8 +20,9 @@ use lucerna::gpu_scene::GpuScene;
 use lucerna::scene::{N_SKY_PARTS, Scene, SceneFingerprint, Sky, sky_part_weights};
 use lucerna::settings;
 use lucerna::techniques::probe_volume::{ProbeVolume, ProbeVolumeSettings};
-use lucerna::techniques::{Settings, TechniqueEntry};
-use std::sync::atomic::Ordering;
+use lucerna::techniques::reference::PixelSums;
+use lucerna::techniques::{Settings, Stat, Technique, TechniqueEntry};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Arguments that only techniques that render frames use.
 #[derive(Args, Clone, Debug)]
@@ -87,6 +89,11 @@ impl RealtimeArguments {
             () if self.net.is_given() => Some("net"),
             () => (!self.bake.is_empty()).then_some("bake"),
         }
+    }
+
+    /// Whether light of a file is used.
+    pub fn has_bake(&self) -> bool {
+        !self.bake.is_empty()
     }
 
     /// How shadow maps are filtered; None: no shadow maps.
@@ -248,28 +255,24 @@ fn parse_near(text: &str) -> Result<f32, String> {
     }
 }
 
-/// Renders frames with the technique, and writes the requested channel.
-pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> CommandResult {
-    let output = &arguments.output;
-    let shadows = arguments.realtime.shadows;
-    let mut settings = arguments.settings.of(technique)?;
-    let has = |name: &str| technique.settings.iter().any(|setting| setting.name == name);
-    let (bounces, seed) = (arguments.bounces.map(|n| n.to_string()), output.seed.to_string());
-    settings.extend(bounces.as_deref().filter(|_| has("bounces")).map(|n| ("bounces", n)));
-    settings.extend(has("seed").then_some(("seed", seed.as_str())));
-    let Ready { camera, size, gpu, info, rays, gpu_scene, scene } = prepare(
-        (&arguments.scene, &arguments.objects, &arguments.view),
-        &arguments.adapter,
-        output,
-    )?;
-    let maps = match arguments.realtime.filtering() {
-        Some(filtering) => {
-            let settings = ShadowSettings::new(arguments.realtime.shadow_size, filtering);
-            Some(ShadowMaps::new(&gpu, &gpu_scene, settings)?)
-        }
-        None => None,
-    };
-    let of_voxels = maps.as_ref().map(ShadowMaps::visibility).unwrap_or_default();
+/// What a technique has rendered.
+pub struct Rendered {
+    pub sums: Vec<PixelSums>,
+    pub stats: FrameStats,
+    /// Of the technique, read.
+    pub of_technique: Vec<(Stat, u64)>,
+}
+
+/// The technique, with its bake, if it has one.
+fn technique_of(
+    arguments: &RenderArguments,
+    technique: &TechniqueEntry,
+    ready: &Ready,
+    settings: &[(&str, &str)],
+    of_voxels: &LightVisibility,
+) -> Result<Box<dyn Technique>, Box<dyn std::error::Error>> {
+    let Ready { camera, gpu, rays, gpu_scene, scene, .. } = ready;
+    let rays = *rays;
     let net = &arguments.realtime.net;
     if net.is_given() && technique.name != BAKES {
         return Err(format!("--net means nothing to the technique {}", technique.name).into());
@@ -277,13 +280,12 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
     if net.is_given() && !arguments.realtime.bake.is_empty() {
         return Err("--net means nothing with --bake: probes are where the bake has them".into());
     }
-    let mut made: Box<dyn lucerna::techniques::Technique> = match arguments.realtime.bake.as_slice()
-    {
+    Ok(match arguments.realtime.bake.as_slice() {
         [] if net.is_given() => {
-            let chosen = ProbeVolumeSettings::from_texts(&settings)?;
-            match net.make(&gpu, &gpu_scene, &settings)? {
-                Some(net) => Box::new(ProbeVolume::on_net(&gpu, &gpu_scene, chosen, net)?),
-                None => technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?,
+            let chosen = ProbeVolumeSettings::from_texts(settings)?;
+            match net.make(gpu, gpu_scene, settings)? {
+                Some(net) => Box::new(ProbeVolume::on_net(gpu, gpu_scene, chosen, net)?),
+                None => technique.make(gpu, gpu_scene, settings, of_voxels, camera.position)?,
             }
         }
         bakes if technique.name == NEEDS_BAKE => {
@@ -292,10 +294,10 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
                 [bake] if bake.weight == 1.0 => Some(bake.file.as_path()),
                 _ => return Err(format!("{NEEDS_BAKE} takes one --bake, without a weight").into()),
             };
-            let of = (&gpu, &gpu_scene, &scene, (arguments.scene.diffuse, rays));
-            Box::new(crate::sparse_bake::technique(of, &settings, baked, &of_voxels)?)
+            let of = (gpu, gpu_scene, scene, (arguments.scene.diffuse, rays));
+            Box::new(crate::sparse_bake::technique(of, settings, baked, of_voxels)?)
         }
-        [] => technique.make(&gpu, &gpu_scene, &settings, &of_voxels, camera.position)?,
+        [] => technique.make(gpu, gpu_scene, settings, of_voxels, camera.position)?,
         bakes if technique.name == BAKES => {
             if let Some((name, _)) = settings.iter().find(|(name, _)| {
                 BAKED.contains(name)
@@ -308,28 +310,54 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
             }
             let of_look_up: Vec<_> =
                 settings.iter().copied().filter(|(name, _)| !BAKED.contains(name)).collect();
-            let of = (&scene, arguments.scene.diffuse);
+            let of = (scene, arguments.scene.diffuse);
             Box::new(match arguments.realtime.bake_memory {
                 None if arguments.realtime.bake_sky => {
                     let [bake] = bakes else {
                         return Err("--bake-sky takes one --bake".into());
                     };
-                    with_sky(&gpu, &gpu_scene, of, &of_look_up, bake)?
+                    with_sky(gpu, gpu_scene, of, &of_look_up, bake)?
                 }
-                None => from_bakes(&gpu, &gpu_scene, of, &of_look_up, bakes)?,
+                None => from_bakes(gpu, gpu_scene, of, &of_look_up, bakes)?,
                 Some(megabytes) => {
                     let [bake] = bakes else {
                         return Err("--bake-memory takes one --bake: parts are not blended".into());
                     };
                     let around = (camera.position, u64::from(megabytes) * 1_000_000);
-                    from_file(&gpu, &gpu_scene, of, &of_look_up, bake, around)?
+                    from_file(gpu, gpu_scene, of, &of_look_up, bake, around)?
                 }
             })
         }
         _ => return Err(format!("--bake means nothing to the technique {}", technique.name).into()),
+    })
+}
+
+/// Renders frames with the technique. `tells`: its notes, and how light has settled, are written.
+pub fn frames_of(
+    arguments: &RenderArguments,
+    technique: &TechniqueEntry,
+    ready: &Ready,
+    interrupted: &AtomicBool,
+    tells: bool,
+) -> Result<Rendered, Box<dyn std::error::Error>> {
+    let output = &arguments.output;
+    let shadows = arguments.realtime.shadows;
+    let mut settings = arguments.settings.of(technique)?;
+    let has = |name: &str| technique.settings.iter().any(|setting| setting.name == name);
+    let (bounces, seed) = (arguments.bounces.map(|n| n.to_string()), output.seed.to_string());
+    settings.extend(bounces.as_deref().filter(|_| has("bounces")).map(|n| ("bounces", n)));
+    settings.extend(has("seed").then_some(("seed", seed.as_str())));
+    let Ready { camera, size, gpu, info, gpu_scene, .. } = ready;
+    let maps = match arguments.realtime.filtering() {
+        Some(filtering) => {
+            let settings = ShadowSettings::new(arguments.realtime.shadow_size, filtering);
+            Some(ShadowMaps::new(gpu, gpu_scene, settings)?)
+        }
+        None => None,
     };
-    drop(scene);
-    for notice in made.notices() {
+    let of_voxels = maps.as_ref().map(ShadowMaps::visibility).unwrap_or_default();
+    let mut made = technique_of(arguments, technique, ready, &settings, &of_voxels)?;
+    for notice in made.notices().iter().filter(|_| tells) {
         errln!("{}{}", if notice.is_warning { "warning: " } else { "" }, notice.text);
     }
     let visibility = match shadows {
@@ -372,15 +400,13 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         n_warm_up: arguments.realtime.warm_up,
         settled_below: 0.01 * arguments.realtime.settled,
         timed: output.timings.is_some(),
-        ..FramesToRender::new(size, arguments.frames)
+        ..FramesToRender::new(*size, arguments.frames)
     });
-    let interrupted = interrupt_flag()?;
-    if info.device_type == wgpu::DeviceType::Cpu {
+    if tells && info.device_type == wgpu::DeviceType::Cpu {
         errln!("compiling the kernels (takes some seconds; the driver caches them for next time)");
     }
     let mut meter = Meter::new("rendering");
-    let mut passes =
-        FramePasses::with_visibility(&gpu, &gpu_scene, size, what.direct, &visibility)?;
+    let mut passes = FramePasses::with_visibility(gpu, gpu_scene, *size, what.direct, &visibility)?;
     passes.shadow_maps = maps;
     passes.debug_view = arguments.realtime.debug_view.clone();
     let keep_going = |progress: Progress| {
@@ -388,9 +414,9 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
         !interrupted.load(Ordering::Relaxed)
     };
     let (passes, stats) =
-        render_frames_with(&gpu, &gpu_scene, &camera, &what, &mut *made, passes, keep_going)?;
+        render_frames_with(gpu, gpu_scene, camera, &what, &mut *made, passes, keep_going)?;
     meter.finish();
-    let sums = read_film(&gpu, passes.accumulator.film())?;
+    let sums = read_film(gpu, passes.accumulator.film())?;
     let left_out: u64 = sums.iter().map(|pixel| u64::from(pixel.n_rejected)).sum();
     if left_out + u64::from(stats.n_rejected) > 0 {
         errln!(
@@ -405,8 +431,28 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
             stats.n_frames
         );
     }
-    let stats_of_technique = warn_of_faults(&gpu, made.stats())?;
-    report_settling(&stats, arguments.realtime.settled);
+    let of_technique = warn_of_faults(gpu, made.stats())?;
+    if stats.stopped {
+        errln!("stopped: {} of {} frames", stats.n_frames, arguments.frames);
+    }
+    if tells {
+        report_settling(&stats, arguments.realtime.settled);
+    }
+    Ok(Rendered { sums, stats, of_technique })
+}
+
+/// Renders frames with the technique, and writes the requested channel.
+pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> CommandResult {
+    let output = &arguments.output;
+    let ready = prepare(
+        (&arguments.scene, &arguments.objects, &arguments.view),
+        &arguments.adapter,
+        output,
+    )?;
+    let interrupted = interrupt_flag()?;
+    let Rendered { sums, stats, of_technique } =
+        frames_of(arguments, technique, &ready, &interrupted, true)?;
+    let Ready { size, info, rays, .. } = ready;
     let channel = match arguments.realtime.debug_view {
         Some(_) => ChannelArgument::Indirect,
         None => output.channel,
@@ -422,18 +468,7 @@ pub fn render(arguments: &RenderArguments, technique: &TechniqueEntry) -> Comman
             })
         });
         let count = ("frames", stats.n_frames);
-        write_timings(
-            file,
-            &info,
-            rays,
-            count,
-            stats.wall_time,
-            passes.collect(),
-            &stats_of_technique,
-        )?;
-    }
-    if stats.stopped {
-        errln!("stopped: {} of {} frames", stats.n_frames, arguments.frames);
+        write_timings(file, &info, rays, count, stats.wall_time, passes.collect(), &of_technique)?;
     }
     errln!("rendered in {:.2} s", stats.wall_time.as_secs_f64());
     outln!("{}", output.output.display())?;
