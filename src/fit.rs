@@ -358,7 +358,10 @@ mod tests {
         );
         // Light that is not there is not negative.
         let less = sum(&[(&a, DVec3::splat(-2.0))]);
-        assert_eq!(fit_lights(&less, &[], &[a.clone()]).unwrap().colours, [DVec3::ZERO]);
+        assert_eq!(
+            fit_lights(&less, &[], std::slice::from_ref(&a)).unwrap().colours,
+            [DVec3::ZERO]
+        );
         assert!(matches!(fit_lights(&a, &[], &[]), Err(FitError::NoLights)));
         let short = vec![a[..9].to_vec()];
         assert!(matches!(fit_lights(&a, &[], &short), Err(FitError::Size { found: 9, .. })));

@@ -7,6 +7,7 @@ mod probe_volume;
 mod rays;
 mod reference;
 mod room;
+mod sparse_probes;
 mod voxel_cone;
 mod voxel_rt;
 mod voxel_write;
@@ -34,7 +35,7 @@ pub struct BenchArguments {
     /// The camera in --scene's file, or "eye=x,y,z target=x,y,z fov=DEG".
     #[arg(long, value_name = "NAME|SPEC", requires = "scene")]
     camera: Option<CameraChoice>,
-    /// Measure voxel-rt, voxel-cone, probe-volume and voxel-write at small sizes only, and leaks in few houses.
+    /// Measure voxel-rt, voxel-cone, probe-volume, sparse-probes and voxel-write at small sizes only, and leaks in few houses.
     #[arg(long)]
     quick: bool,
     /// With `leaks`: measure only this technique.
@@ -63,6 +64,9 @@ enum Group {
     /// Look-ups of `probe-volume` with each basis and kind of visibility, the error of each basis, and what baking costs (takes minutes;
     /// runs only when named).
     ProbeVolume,
+    /// Passes of `sparse-probes` over order, probes and receivers, and how fast its products read their matrices (takes minutes; runs only
+    /// when named).
+    SparseProbes,
     /// Light that leaks through walls at any angle, for each technique that stores light in cells, in houses drawn at random (takes
     /// an hour on a CPU, with --quick minutes; runs only when named).
     Leaks,
@@ -138,6 +142,10 @@ pub fn bench(arguments: &BenchArguments) -> CommandResult {
     if arguments.group == Some(Group::ProbeVolume) {
         let rows = probe_volume::measure(&gpu, &scene, &camera, source, arguments.quick)?;
         groups.push(("probe-volume", rows));
+    }
+    if arguments.group == Some(Group::SparseProbes) {
+        let rows = sparse_probes::measure(&gpu, &scene, &camera, source, arguments.quick)?;
+        groups.push(("sparse-probes", rows));
     }
     if arguments.group == Some(Group::Leaks) {
         groups.push((
