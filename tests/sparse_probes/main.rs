@@ -7,6 +7,7 @@ mod files;
 mod harness;
 mod lightmap;
 mod objects;
+mod seams;
 #[allow(dead_code)]
 #[path = "../voxel_rt/session.rs"]
 mod session;

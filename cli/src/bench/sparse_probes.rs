@@ -51,7 +51,7 @@ pub fn measure(
     sizes.push((160, 7, few, 32, halfs, 0));
     sizes.push((64, 4, few, 64, halfs, 0));
     sizes.push((64, 4, few, 64, bytes, 0));
-    sizes.push((64, 4, few, 64, halfs, 2));
+    sizes.push((64, 4, few / 2, 64, halfs, 2));
     sizes.push((20, 4, few, 32, halfs, 0));
     sizes.push((160, 7, many, 32, bytes, 0));
     let copying = copy_speed(gpu)?;

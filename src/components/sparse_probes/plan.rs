@@ -137,6 +137,36 @@ impl SparsePlan {
         self.seen.iter().filter(|what| **what == SEEN_UNKNOWN).count()
     }
 
+    /// Whether each receiver has one of another cluster beside it in the lightmap.
+    pub fn borders(&self) -> Vec<bool> {
+        let n_texels = (self.size.x * self.size.y) as usize;
+        let place = |texel: u32, side: u32, [dx, dy]: [i32; 2]| {
+            let (x, y) = ((texel & 0xffff) as i32 + dx, (texel >> 16) as i32 + dy);
+            let is_inside = x >= 0 && y >= 0 && x < self.size.x as i32 && y < self.size.y as i32;
+            is_inside
+                .then(|| side as usize * n_texels + (y as u32 * self.size.x + x as u32) as usize)
+        };
+        let mut cluster_at = vec![u32::MAX; 2 * n_texels];
+        for cluster in 0..self.n_clusters() {
+            for receiver in &self.receivers[self.receivers_of(cluster)] {
+                if let Some(at) = place(receiver.texel, receiver.side, [0, 0]) {
+                    cluster_at[at] = cluster as u32;
+                }
+            }
+        }
+        let is_border = |receiver: &Receiver, own: u32| {
+            (0..9).any(|k| {
+                let at = place(receiver.texel, receiver.side, [k % 3 - 1, k / 3 - 1]);
+                let other = at.map_or(u32::MAX, |at| cluster_at[at]);
+                other != u32::MAX && other != own
+            })
+        };
+        (0..self.n_clusters())
+            .flat_map(|cluster| self.receivers_of(cluster).map(move |ix| (ix, cluster as u32)))
+            .map(|(ix, cluster)| is_border(&self.receivers[ix], cluster))
+            .collect()
+    }
+
     /// Number of clusters.
     pub fn n_clusters(&self) -> usize {
         self.clusters.len().saturating_sub(1)

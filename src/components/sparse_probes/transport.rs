@@ -214,6 +214,8 @@ impl LookPass {
 
 /// Words of one dispatch of `sparse_probes/sight`: each is up to 32 rays.
 const SIGHT_STEP: u32 = 1 << 15;
+/// How much receivers beside another cluster count in the decomposition: where errors show as an edge, they are no larger than elsewhere.
+const BORDER_WEIGHT: f32 = 2.0;
 /// Rounds of 64 samples in one dispatch, and iterations of an invocation's loops, at most.
 const MOST_ROUNDS: u32 = 4;
 const MOST_LOOPS: u32 = 40_000;
@@ -234,6 +236,7 @@ pub(crate) struct TransportPasses {
     places: wgpu::Buffer,
     sight: wgpu::Buffer,
     inverse: Vec<u32>,
+    borders: Vec<bool>,
     n_probes: u32,
     n_words: u32,
     n_words_each: u32,
@@ -247,6 +250,8 @@ pub(crate) struct Batch {
     stride: u32,
     /// The most probes that count for one of its receivers.
     most_near: u32,
+    /// How much each receiver counts in the decomposition.
+    weights: Vec<f32>,
     probes: Vec<u32>,
     first_point: u32,
     first_near: u32,
@@ -284,6 +289,7 @@ impl TransportPasses {
             places: uploaded(gpu, "places of probes", &places_of(&plan.probes))?,
             sight: storage_buffer(gpu, "which probes see receivers", bytes.max(16), none, ADVICE)?,
             inverse,
+            borders: plan.borders(),
             n_probes,
             n_words,
             n_words_each,
@@ -382,6 +388,10 @@ impl TransportPasses {
             cluster,
             n_receivers: range.len() as u32,
             stride,
+            weights: self.borders[range.clone()]
+                .iter()
+                .map(|is_border| if *is_border { BORDER_WEIGHT } else { 1.0 })
+                .collect(),
             most_near: near.iter().map(Vec::len).max().unwrap_or(0) as u32,
             probes,
             first_point,
@@ -391,6 +401,8 @@ impl TransportPasses {
         })
     }
 
+    /// How much receivers beside another cluster count in the decomposition: where errors show as an edge, they are no larger than elsewhere.
+    const BORDER_WEIGHT: f32 = 2.0;
     /// Rounds of 64 samples in one dispatch, and outputs: so many that an invocation's loops run less than 65 535 times, where llvmpipe (Mesa 22)
     /// ends them. The loops are those over the samples, coefficients and outputs of a probe, and those of the samples' rays.
     pub fn rounds_and_outputs(&self, batch: &Batch) -> (u32, u32) {
@@ -478,6 +490,7 @@ impl Batch {
             probes: self.probes.clone(),
             n_receivers: self.n_receivers,
             n_outputs: n_outputs as u32,
+            weights: self.weights.clone(),
             numbers: vec![0.0; n_columns * n_receivers * n_outputs],
             n_samples: 0,
             n_valid: 0,
@@ -539,6 +552,8 @@ pub struct Transport {
     pub n_receivers: u32,
     /// Numbers that each receiver gets: the matrix has as many rows for each, output after output.
     pub n_outputs: u32,
+    /// How much each receiver counts in the decomposition.
+    pub weights: Vec<f32>,
     /// α of each output of each receiver, row by row: coefficient by coefficient of each probe \[sr\].
     pub numbers: Vec<f32>,
     /// Samples of receivers at least half of whose samples a probe sees.
@@ -597,11 +612,12 @@ impl Transport {
         let n_columns = self.n_columns();
         let n_coefficients = settings.n_coefficients() as usize;
         let weight = |column: usize| expected(column % n_coefficients);
+        let count = |row: usize| self.weights[row % self.n_receivers as usize];
         let mut weighted: Vec<f32> = self
             .numbers
             .iter()
             .enumerate()
-            .map(|(ix, number)| number * weight(ix % n_columns))
+            .map(|(ix, number)| number * weight(ix % n_columns) * count(ix / n_columns))
             .collect();
         // What constant radiance gives is kept as it is: the first vector. The others are those of the rest.
         let whole = sum_of_squares(&weighted);
@@ -632,6 +648,9 @@ impl Transport {
         }
         for (ix, number) in factors.projection.iter_mut().enumerate() {
             *number /= weight(ix % n_columns);
+        }
+        for (ix, number) in factors.reconstruction.iter_mut().enumerate() {
+            *number /= count(ix % n_rows);
         }
         let (projection, reconstruction) = match settings.numbers {
             Numbers::Halfs => {
