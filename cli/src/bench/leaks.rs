@@ -2,6 +2,8 @@
 //! How much light leaks through walls: houses drawn at random, of which a wall leaves one part dark.
 
 use super::Row;
+use crate::render::settings::NEEDS_BAKE;
+use crate::sparse_bake;
 use glam::UVec2;
 use lucerna::blocking::{FramesToRender, read_film, render_frames_with};
 use lucerna::components::LightVisibility;
@@ -17,17 +19,23 @@ use std::error::Error;
 /// Houses, half of them with the fine grid.
 const N_HOUSES: u64 = 100;
 const N_HOUSES_QUICK: u64 = 12;
-/// The setting that says how many cells there are along the longest side, and how many; with `quick`, all houses have the coarse
-/// grid.
-const GRIDS: [(&str, [u32; 2]); 2] = [("voxels", [64, 128]), ("cells", [32, 64])];
+/// The setting that says how fine a technique is, two values of it, and how many cells there are along the longest side with each; with `quick`, all houses
+/// have the coarse one. (6000 and 24 000 texels are 0.2 m and 0.1 m wide: 40 and 80 along a house.)
+const GRIDS: [(&str, [u32; 2], [u32; 2]); 3] = [
+    ("voxels", [64, 128], [64, 128]),
+    ("cells", [32, 64], [32, 64]),
+    ("texels", [6000, 24_000], [40, 80]),
+];
 /// The longest side of a house [m].
 const LENGTH: f32 = 8.0;
+/// What else a bake of a house gets.
+const BAKE: [(&str, &str); 2] = [("probes", "48"), ("texel-rays", "128")];
 const WARM_UP: u32 = 48;
 const FRAMES: u32 = 8;
 /// Pixels of each of the six views from a part's middle.
 const SIDE: u32 = 16;
 
-/// For each technique that stores light in cells, or the one of this name, the worst and the median house.
+/// For each technique that stores light in cells or texels, or the one of this name, the worst and the median house.
 ///
 /// # Errors
 /// A technique or a device fails.
@@ -41,15 +49,16 @@ pub fn measure(
     let mut rows = Vec::new();
     let grid_of = |technique: &TechniqueEntry| {
         let has = |name: &str| technique.settings.iter().any(|setting| setting.name == name);
-        GRIDS.into_iter().find(|(setting, _)| has(setting))
+        GRIDS.into_iter().find(|(setting, ..)| has(setting))
     };
     let wanted = TECHNIQUES.iter().filter(|of| only.is_none_or(|name| name == of.name));
-    for (technique, (setting, cells)) in wanted.filter_map(|of| Some((of, grid_of(of)?))) {
+    for (technique, (setting, values, cells)) in wanted.filter_map(|of| Some((of, grid_of(of)?))) {
         let mut leaks = Vec::new();
         for seed in 0..n_houses {
-            let cells = if quick { cells[0] } else { cells[(seed / 2 % 2) as usize] };
+            let which = if quick { 0 } else { (seed / 2 % 2) as usize };
+            let (value, cells) = (values[which], cells[which]);
             let house = House::draw(seed, LENGTH / cells as f32);
-            let leak = leak_of(gpu, source, technique, &house, (setting, cells))?;
+            let leak = leak_of(gpu, source, technique, &house, (setting, value))?;
             tracing::info!(
                 "{} house {seed}: {:.2} % ({} cells, wall of {:.2} cells, normal {:.2})",
                 technique.name,
@@ -72,7 +81,7 @@ pub fn measure(
     }
     if rows.is_empty() {
         return Err(format!(
-            "no technique that stores light in cells is called `{}`",
+            "no technique that stores light in cells or texels is called `{}`",
             only.unwrap_or_default()
         )
         .into());
@@ -86,14 +95,20 @@ fn leak_of(
     source: RaySource,
     technique: &TechniqueEntry,
     house: &House,
-    (setting, cells): (&str, u32),
+    (setting, value): (&str, u32),
 ) -> Result<f64, Box<dyn Error>> {
     let options = settings!(GpuSceneOptions { rays: source, diffuse_only: true });
     let scene = GpuScene::new(gpu, &house.scene, options)?;
-    let cells = cells.to_string();
-    let chosen = [(setting, cells.as_str())];
+    let value = value.to_string();
+    let chosen = [(setting, value.as_str())];
     let visibility = LightVisibility::default();
-    let mut made = technique.make(gpu, &scene, &chosen, &visibility, house.eyes[0])?;
+    let mut made: Box<dyn Technique> = if technique.name == NEEDS_BAKE {
+        let chosen = [&chosen[..], &BAKE].concat();
+        let of = (gpu, &scene, &house.scene, (true, source));
+        Box::new(sparse_bake::technique(of, &chosen, None, &visibility)?)
+    } else {
+        technique.make(gpu, &scene, &chosen, &visibility, house.eyes[0])?
+    };
     let size = UVec2::splat(SIDE);
     let mut passes = FramePasses::new(gpu, &scene, size, DirectSettings::default())?;
     let mut warm_up = WARM_UP;

@@ -401,8 +401,6 @@ impl TransportPasses {
         })
     }
 
-    /// How much receivers beside another cluster count in the decomposition: where errors show as an edge, they are no larger than elsewhere.
-    const BORDER_WEIGHT: f32 = 2.0;
     /// Rounds of 64 samples in one dispatch, and outputs: so many that an invocation's loops run less than 65 535 times, where llvmpipe (Mesa 22)
     /// ends them. The loops are those over the samples, coefficients and outputs of a probe, and those of the samples' rays.
     pub fn rounds_and_outputs(&self, batch: &Batch) -> (u32, u32) {
