@@ -23,6 +23,7 @@
 //! | read and write PNG, EXR and HDR | [`picture`] |
 //! | wait for the GPU | [`blocking`] |
 //! | measure how far apart two pictures are (feature `compare`) | `compare` |
+//! | find lights' colours from a picture (feature `fit`) | `fit` |
 //! | test your own WGSL by numbers (feature `testing`) | `testing` |
 //!
 //! # A picture
@@ -72,7 +73,9 @@
 //! | `compose` | composing at run time: your own modules and kernels, ray queries |
 //! | `gltf`, `obj` | loaders |
 //! | `png`, `jpeg`, `exr` | image files |
+//! | `bake`, `nets` | light that is computed once and kept in files; Delaunay nets of probes |
 //! | `compare` | FLIP, SSIM and other metrics |
+//! | `fit` | colours of lights from a picture |
 //! | `testing` | tests of WGSL functions by numbers |
 //!
 //! Without `gpu` the crate holds the modules' texts and what they declare, scenes and pictures.

@@ -8,6 +8,7 @@ use super::progress::Meter;
 use super::render::settings::{NEEDS_BAKE, baked_settings};
 use super::render::{check_writable, interrupt_flag, upload};
 use clap::Args;
+use glam::Vec3;
 use lucerna::blocking::{
     BakeStage, SparseBakeError, SparseScene, bake_sparse_probes, plan_sparse_probes,
 };
@@ -152,7 +153,7 @@ pub fn bake(arguments: &BakeArguments, technique: &TechniqueEntry) -> CommandRes
     let begun = if arguments.fresh {
         None
     } else {
-        begun(&part, &baked.fingerprint, (&settings, shard), points.is_some())
+        begun(&part, &baked.fingerprint, (&settings, shard), points.as_deref())
     };
     let mut bake = match begun {
         Some(bake) => bake,
@@ -198,13 +199,10 @@ fn begun(
     part: &Path,
     scene: &SceneFingerprint,
     (settings, shard): (&SparseSettings, [u32; 2]),
-    has_list: bool,
+    points: Option<&[Vec3]>,
 ) -> Option<SparseBake> {
     match SparseBake::read(part, false) {
-        // (Given places are compared by reading them again, which is as much work as placing: not done.)
-        Ok(bake)
-            if bake.goes_on_as(scene, settings, shard) && !has_list && bake.plan.placed == 0 =>
-        {
+        Ok(bake) if bake.goes_on_as(scene, settings, shard, points) => {
             errln!("{} has {} clusters, and goes on", part.display(), bake.clusters.len());
             Some(bake)
         }
@@ -223,7 +221,7 @@ fn begun(
 fn plan(
     baked: &Baked,
     settings: SparseSettings,
-    points: Option<&[lucerna::glam::Vec3]>,
+    points: Option<&[Vec3]>,
     watch: &Watch,
 ) -> Result<lucerna::components::sparse_probes::SparsePlan, Box<dyn Error>> {
     let mut notes = Vec::new();
@@ -262,7 +260,7 @@ fn report_plan(bake: &SparseBake) {
 }
 
 fn report_quality(bake: &SparseBake) {
-    let mut kept: Vec<f32> = bake.clusters.iter().map(|of| of.energy).collect();
+    let mut kept: Vec<f32> = bake.seen_clusters().map(|of| of.energy).collect();
     kept.sort_by(f32::total_cmp);
     if let [worst, ..] = kept[..] {
         errln!(

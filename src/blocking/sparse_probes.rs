@@ -8,7 +8,8 @@ use crate::components::lightmap::{
 use crate::components::probe_net::InspectPass;
 use crate::components::sparse_probes::{
     BakedCluster, LightmapField, LookPass, Receiver, SparseBake, SparsePlan, SparseSettings,
-    SparseSurfaces, TransportPasses, clustered, most_of_cluster, places_of, radius_at,
+    SparseSurfaces, TransportPasses, clustered, hash_of_places, most_of_cluster, places_of,
+    radius_at,
 };
 use crate::components::voxels::{Resolution, grid_for_bounds};
 use crate::gpu::{Gpu, GpuError, Recorder, storage_buffer};
@@ -117,7 +118,7 @@ pub fn plan_sparse_probes(
     notes.extend(uvs.notes.iter().cloned());
     if uvs.n_without_chart() > 0 {
         notes.push(format!(
-            "{} of {} triangles are too thin for texture coordinates, and get no indirect light",
+            "{} of {} triangles are too thin for texture coordinates, and read the probes themselves",
             uvs.n_without_chart(),
             uvs.charts.len()
         ));
@@ -179,13 +180,6 @@ pub fn plan_sparse_probes(
     };
     plan.seen = seen(gpu, scene, &plan)?;
     Ok(plan)
-}
-
-/// A hash of given places, never 0.
-fn hash_of_places(points: &[Vec3]) -> u64 {
-    let bytes: Vec<u8> =
-        points.iter().flat_map(|at| at.to_array()).flat_map(f32::to_le_bytes).collect();
-    xxhash_rust::xxh3::xxh3_64(&bytes).max(1)
 }
 
 /// Those of given points that are free.

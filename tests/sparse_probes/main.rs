@@ -285,6 +285,11 @@ fn given_probes() {
     // (The third is outside, behind a wall of one side.)
     assert_eq!(bake.plan.probes, points[..2], "probes");
     assert_ne!(bake.plan.placed, 0, "places are known to be given");
+    // An unfinished bake goes on only with the same places.
+    let (_, fingerprint) = meshes_of(&scene);
+    let goes_on = |points| bake.goes_on_as(&fingerprint, &small(), [0, 1], points);
+    let same = [Some(&points[..]), Some(&points[..2]), None].map(goes_on);
+    assert_eq!(same, [true, false, false], "goes on with the same places, others, none");
 }
 
 /// Of the lit part's light, the dark part of houses with a wall at any angle has nothing: receivers know what they see. The worst at most 1 %.

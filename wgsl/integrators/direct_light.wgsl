@@ -16,17 +16,12 @@
 #import lucerna::bsdf::metallic_roughness::metallic_roughness
 #import lucerna::bsdf::scattering::{Scattering, scatter}
 #import lucerna::frame::gbuffer::GBufferSurface
-#import lucerna::geometry::ray_offset::offset_ray_origin
+#import lucerna::integrators::emitted_light::emitted_light_along
 #import lucerna::light::next_event::reflected_of_light
-#import lucerna::scene::lights::{sample_light, pdf_of_emitter, pdf_of_sky, lights_can_be_hit}
-#import lucerna::scene::lights::{sample_hittable_light, pdf_of_hittable_emitter, pdf_of_hittable_sky}
+#import lucerna::scene::lights::{lights_can_be_hit, sample_hittable_light, sample_light}
 #import lucerna::scene::lights::{n_punctual_lights, punctual_light}
-#import lucerna::scene::rays::nearest_hit
-#import lucerna::scene::sky::sky_radiance
-#import lucerna::scene::surface::surface_at
 #import lucerna::scene::visibility::light_visibility
-#import lucerna::scene::types::{LightSample, Ray, hit_is_miss, seen_from}
-#import lucerna::math::constants::FLOAT_MAX
+#import lucerna::scene::types::LightSample
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::low_discrepancy::sobol_owen
 #import lucerna::sampling::mis::{power_heuristic, solid_angle_of_sample}
@@ -131,28 +126,15 @@ fn direct_light(
         if !(drawn.pdf > 0.0) || dot(direction, surface.geometric_normal) <= 0.0 {
             continue;
         }
-        let origin = offset_ray_origin(
+        let found = emitted_light_along(
             surface.position,
             surface.position_error,
             surface.geometric_normal,
             direction,
+            exact,
         );
-        let hit = nearest_hit(Ray(origin, 0.0, direction, FLOAT_MAX));
-        var radiance: vec3<f32>;
-        var light_pdf: f32;
-        if hit_is_miss(hit) {
-            radiance = sky_radiance(direction);
-            light_pdf = select(pdf_of_sky(direction), pdf_of_hittable_sky(direction), exact);
-        } else {
-            radiance = seen_from(surface_at(hit.triangle, hit.barycentrics), direction).emission;
-            light_pdf = select(
-                pdf_of_emitter(hit.triangle, direction, hit.t),
-                pdf_of_hittable_emitter(hit.triangle, direction, hit.t),
-                exact,
-            );
-        }
-        let weight = power_heuristic(drawn.pdf * bsdf_share, light_pdf * light_share);
-        sum += drawn.weight * radiance * (weight / bsdf_share);
+        let weight = power_heuristic(drawn.pdf * bsdf_share, found.pdf * light_share);
+        sum += drawn.weight * found.radiance * (weight / bsdf_share);
     }
     return sum;
 }

@@ -6,19 +6,15 @@
 //! Bindings: none of its own; it uses the scene seam.
 #define_import_path lucerna::integrators::receiver_light
 
-#import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::integrators::direct_light::MAX_EXACT_LIGHTS
-#import lucerna::math::constants::{FLOAT_MAX, INV_PI, PI}
+#import lucerna::integrators::emitted_light::emitted_light_along
+#import lucerna::math::constants::{INV_PI, PI}
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::sampling::hemisphere::sample_cosine_hemisphere
 #import lucerna::sampling::mis::{next_event_weight, power_heuristic, solid_angle_of_sample}
 #import lucerna::sampling::pcg::{pcg, random_vec4}
 #import lucerna::scene::lights::{lights_can_be_hit, n_punctual_lights, punctual_light, sample_hittable_light, sample_light}
-#import lucerna::scene::lights::{pdf_of_emitter, pdf_of_hittable_emitter, pdf_of_hittable_sky, pdf_of_sky}
-#import lucerna::scene::rays::nearest_hit
-#import lucerna::scene::sky::sky_radiance
-#import lucerna::scene::surface::surface_at
-#import lucerna::scene::types::{LightSample, Ray, Surface, hit_is_miss, seen_from}
+#import lucerna::scene::types::{LightSample, Surface}
 #import lucerna::scene::visibility::light_visibility
 
 /// Samples of lights with an extent, or of all lights if there are too many; and rays that may find them.
@@ -71,24 +67,16 @@ fn light_on_receiver(surface: Surface, stream: vec3<u32>) -> vec3<f32> {
         if dot(direction, surface.geometric_normal) <= 0.0 {
             continue;
         }
-        let origin = offset_ray_origin(surface.position, surface.position_error, surface.geometric_normal, direction);
-        let hit = nearest_hit(Ray(origin, 0.0, direction, FLOAT_MAX));
-        var radiance: vec3<f32>;
-        var light_pdf: f32;
-        if hit_is_miss(hit) {
-            radiance = sky_radiance(direction);
-            light_pdf = select(pdf_of_sky(direction), pdf_of_hittable_sky(direction), exact);
-        } else {
-            radiance = seen_from(surface_at(hit.triangle, hit.barycentrics), direction).emission;
-            light_pdf = select(
-                pdf_of_emitter(hit.triangle, direction, hit.t),
-                pdf_of_hittable_emitter(hit.triangle, direction, hit.t),
-                exact,
-            );
-        }
+        let found = emitted_light_along(
+            surface.position,
+            surface.position_error,
+            surface.geometric_normal,
+            direction,
+            exact,
+        );
         // (Cosine over density is π.)
-        let weight = power_heuristic(local.z * INV_PI * f32(N_SCATTERED), light_pdf * f32(n_drawn));
-        sum += PI * radiance * (weight / f32(N_SCATTERED));
+        let weight = power_heuristic(local.z * INV_PI * f32(N_SCATTERED), found.pdf * f32(n_drawn));
+        sum += PI * found.radiance * (weight / f32(N_SCATTERED));
     }
     return sum;
 }

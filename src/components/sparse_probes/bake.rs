@@ -28,7 +28,7 @@
 //!
 //! A file of an unfinished bake is the same, with clusters in any order.
 
-use super::plan::{Receiver, SparsePlan};
+use super::plan::{Receiver, SparsePlan, hash_of_places};
 use super::settings::{N_WORDS, Numbers, SparseSettings};
 use crate::bindings::kernels::sparse_probes::look::SEEN_UNKNOWN;
 use crate::picture::write_whole_file;
@@ -154,6 +154,11 @@ impl SparseBake {
         (0..is_there.len()).filter(|ix| is_in_shard(*ix, self.shard) && !is_there[*ix]).collect()
     }
 
+    /// The clusters whose receivers see something for the most part: the others are inside of things, and nobody sees how well they are kept.
+    pub fn seen_clusters(&self) -> impl Iterator<Item = &BakedCluster> {
+        self.clusters.iter().filter(|of| 2 * of.n_hidden < of.n_receivers)
+    }
+
     /// Fails if clusters are missing.
     ///
     /// # Errors
@@ -169,14 +174,18 @@ impl SparseBake {
         Err(SparseError::Incomplete { missing: all - self.clusters.len(), all, shards })
     }
 
-    /// Whether it goes on as a bake of this scene with these settings and given places ([`SparsePlan::placed`]).
+    /// Whether it goes on as a bake of this scene with these settings. `placed`: the places that probes are given, if they are.
     pub fn goes_on_as(
         &self,
         scene: &SceneFingerprint,
         settings: &SparseSettings,
         shard: [u32; 2],
+        placed: Option<&[Vec3]>,
     ) -> bool {
-        self.check(scene).is_ok() && self.plan.settings == *settings && self.shard == shard
+        self.check(scene).is_ok()
+            && self.plan.settings == *settings
+            && self.shard == shard
+            && self.plan.placed == placed.map_or(0, hash_of_places)
     }
 
     /// What has changed in a scene since it was baked.

@@ -41,7 +41,7 @@ use glam::{UVec3, Vec3};
 use transport::{ADVICE, ProbeField, inverse, is_order_of, seam_receivers, uploaded};
 
 pub use bake::{BLOCK, BakedCluster, SparseBake, SparseError, is_in_shard};
-pub use plan::{Receiver, SparsePlan, SparseSurfaces};
+pub use plan::{Receiver, SparsePlan, SparseSurfaces, hash_of_places};
 pub use settings::{EVEN_NEAR, Factorisation, LEAST_NEAR, Numbers, Sight, SparseSettings, Support};
 pub use transport::{LightmapField, Transport};
 
@@ -573,7 +573,7 @@ impl Quality {
             n_samples: sum(|of| of.n_samples),
             n_valid: sum(|of| of.n_valid),
             n_hidden: sum(|of| of.n_hidden.into()),
-            least_energy: bake.clusters.iter().map(|of| of.energy).fold(1.0, f32::min),
+            least_energy: bake.seen_clusters().map(|of| of.energy).fold(1.0, f32::min),
             mean_energy: bake.clusters.iter().map(|of| f64::from(of.energy)).sum::<f64>() / n,
         }
     }

@@ -46,6 +46,13 @@ pub struct SparsePlan {
     pub coverage: [u32; 2],
 }
 
+/// A hash of places that probes were given, never 0: by it, a bake that was begun is known again.
+pub fn hash_of_places(points: &[Vec3]) -> u64 {
+    let bytes: Vec<u8> =
+        points.iter().flat_map(|at| at.to_array()).flat_map(f32::to_le_bytes).collect();
+    xxhash_rust::xxh3::xxh3_64(&bytes).max(1)
+}
+
 /// Static surfaces, with the points that texels stand for.
 #[derive(Clone, Debug)]
 pub struct SparseSurfaces {
