@@ -88,6 +88,9 @@ pub enum SparseProbesError {
 /// The greatest share of the scene's diagonal at which light can be expected to be brightest.
 const PEAK_DISTANCE: f32 = 0.02;
 
+/// If lights become so many times darker, what they reflected before is forgotten: it would outshine them for many frames.
+const FORGET: f32 = 64.0;
+
 /// Probes, receivers and a lightmap on the GPU.
 #[derive(Debug)]
 pub struct SparseProbes {
@@ -283,7 +286,11 @@ impl SparseProbes {
             self.n_light = 0;
             // (All texels are written in each frame, so that a new scale is that of all of them.)
             let facts = scene.facts();
-            self.scale = scale_of(facts.drawn_peak.at(PEAK_DISTANCE * facts.diagonal()));
+            let scale = scale_of(facts.drawn_peak.at(PEAK_DISTANCE * facts.diagonal()));
+            if self.seen.is_some() && scale > FORGET * self.scale {
+                self.forget(recorder);
+            }
+            self.scale = scale;
         }
         self.seen = Some(now);
         self.record_once(recorder, scene);
@@ -293,6 +300,13 @@ impl SparseProbes {
         self.record_transport(recorder);
         self.frame = self.frame.wrapping_add(1);
         Ok(())
+    }
+
+    /// Forgets all reflected light.
+    fn forget(&self, recorder: &mut Recorder) {
+        for buffer in [&self.buffers.irradiance, &self.buffers.lambda] {
+            recorder.encoder().clear_buffer(buffer, 0, None);
+        }
     }
 
     /// The basis functions in the directions of probes, and how far these see: once.
@@ -619,8 +633,9 @@ impl Buffers {
             blocks.extend((0..n_blocks).map(|block| [ix, block]));
         }
         let none = wgpu::BufferUsages::empty();
+        let cleared = wgpu::BufferUsages::COPY_DST;
         let four_floats =
-            |what, n: u32| storage_buffer(gpu, what, 16 * u64::from(n.max(1)), none, ADVICE);
+            |what, n: u32| storage_buffer(gpu, what, 16 * u64::from(n.max(1)), cleared, ADVICE);
         let n_basis = 4 * u64::from(counts.directions * counts.coefficients);
         Ok(Self {
             receivers: uploaded(gpu, "receivers", &receivers)?,
