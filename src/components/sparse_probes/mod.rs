@@ -88,6 +88,9 @@ pub enum SparseProbesError {
 /// The greatest share of the scene's diagonal at which light can be expected to be brightest.
 const PEAK_DISTANCE: f32 = 0.02;
 
+/// Words that `sparse_probes/gather` and `sparse_probes/receive` may read behind their matrices.
+const READ_BEYOND: usize = 3 * BLOCK;
+
 /// If lights become so many times darker, what they reflected before is forgotten: it would outshine them for many frames.
 const FORGET: f32 = 64.0;
 
@@ -632,6 +635,9 @@ impl Buffers {
             let n_blocks = of.n_receivers.div_ceil(BLOCK as u32) * counts.outputs;
             blocks.extend((0..n_blocks).map(|block| [ix, block]));
         }
+        // (Products read some words beyond the end, and multiply them by 0.)
+        projection.extend([0; READ_BEYOND]);
+        reconstruction.extend([0; READ_BEYOND]);
         let none = wgpu::BufferUsages::empty();
         let cleared = wgpu::BufferUsages::COPY_DST;
         let four_floats =

@@ -32,7 +32,7 @@ const NUMBERS_BYTES: u32 = 1u;
 @group(1) @binding(1) var<storage, read> clusters: array<Cluster>;
 /// The numbers of the probes of all clusters.
 @group(1) @binding(2) var<storage, read> cluster_probes: array<u32>;
-/// Rows of Σ_c Vᵀ, each a number of whole words. Before a row of bytes there is what they are multiplied by [f32].
+/// Rows of Σ_c Vᵀ, each a number of whole words. Before a row of bytes there is what they are multiplied by [f32]. 24 more words behind the last row are read, whatever finite numbers they are.
 @group(1) @binding(3) var<storage, read> projection: array<u32>;
 /// rgb: coefficients of the probes.
 @group(1) @binding(4) var<storage, read> lambda: array<vec4<f32>>;
@@ -41,6 +41,18 @@ const NUMBERS_BYTES: u32 = 1u;
 
 var<workgroup> staged: array<vec3<f32>, TILE>;
 var<workgroup> parts: array<vec3<f32>, WORKGROUP>;
+
+const_assert TILE / 4u >= 2u * 4u * SHARE;
+
+/// A word's numbers times what is staged from `first` on.
+fn word_product(word: u32, first: u32, is_bytes: bool) -> vec3<f32> {
+    if is_bytes {
+        let four = unpack4x8snorm(word);
+        return four.x * staged[first] + four.y * staged[first + 1u] + four.z * staged[first + 2u] + four.w * staged[first + 3u];
+    }
+    let two = unpack2x16float(word);
+    return two.x * staged[first] + two.y * staged[first + 1u];
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -71,15 +83,16 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             if row < cluster.n_vectors {
                 let start = cluster.first_projection + row * words_of_row + first / in_word + u32(is_bytes);
                 let n_words = (min(TILE, n_columns - first) + in_word - 1u) / in_word;
-                for (var k = lane; k < n_words; k += SHARE) {
-                    let word = projection[start + k];
-                    if is_bytes {
-                        let four = unpack4x8snorm(word);
-                        sum += four.x * staged[4u * k] + four.y * staged[4u * k + 1u];
-                        sum += four.z * staged[4u * k + 2u] + four.w * staged[4u * k + 3u];
-                    } else {
-                        let two = unpack2x16float(word);
-                        sum += two.x * staged[2u * k] + two.y * staged[2u * k + 1u];
+                // (Four words are asked for before the first one is used. What is behind the row's end is multiplied by staged zeros.)
+                for (var k = lane; k < n_words; k += 4u * SHARE) {
+                    let words = vec4<u32>(
+                        projection[start + k],
+                        projection[start + k + SHARE],
+                        projection[start + k + 2u * SHARE],
+                        projection[start + k + 3u * SHARE],
+                    );
+                    for (var j = 0u; j < 4u; j++) {
+                        sum += word_product(words[j], in_word * (k + j * SHARE), is_bytes);
                     }
                 }
             }

@@ -37,6 +37,7 @@ const NUMBERS_BYTES: u32 = 1u;
 /// x: cluster; y: the block's place in it; those of each output follow each other.
 @group(1) @binding(2) var<storage, read> blocks: array<vec2<u32>>;
 /// For each block, for each two columns of U_c a word of two halfs for each of 64 receivers, or for each four a word of four bytes (`pack4x8snorm`).
+/// 192 more words behind the last block are read, whatever finite numbers they are.
 @group(1) @binding(3) var<storage, read> reconstruction: array<u32>;
 @group(1) @binding(4) var<storage, read> cluster_light: array<vec4<f32>>;
 @group(1) @binding(5) var<storage, read> receivers: array<Receiver>;
@@ -71,16 +72,23 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let n_words = (cluster.n_vectors + in_word - 1u) / in_word;
     let first = cluster.first_reconstruction + block.y * n_words * WORKGROUP + local;
     var sum = vec3<f32>(0.0);
-    for (var k = 0u; k < n_words; k++) {
-        let word = reconstruction[first + k * WORKGROUP];
-        // (Beyond the last vector, light is 0: `sparse_probes/gather`.)
-        if is_bytes {
-            let four = unpack4x8snorm(word);
-            sum += four.x * light[4u * k] + four.y * light[4u * k + 1u];
-            sum += four.z * light[4u * k + 2u] + four.w * light[4u * k + 3u];
-        } else {
-            let two = unpack2x16float(word);
-            sum += two.x * light[2u * k] + two.y * light[2u * k + 1u];
+    // (Four words are asked for before the first one is used. Beyond the last vector, light is 0.)
+    for (var k = 0u; k < n_words; k += 4u) {
+        let words = vec4<u32>(
+            reconstruction[first + k * WORKGROUP],
+            reconstruction[first + (k + 1u) * WORKGROUP],
+            reconstruction[first + (k + 2u) * WORKGROUP],
+            reconstruction[first + (k + 3u) * WORKGROUP],
+        );
+        for (var j = 0u; j < 4u; j++) {
+            let at = in_word * (k + j);
+            if is_bytes {
+                let four = unpack4x8snorm(words[j]);
+                sum += four.x * light[at] + four.y * light[at + 1u] + four.z * light[at + 2u] + four.w * light[at + 3u];
+            } else {
+                let two = unpack2x16float(words[j]);
+                sum += two.x * light[at] + two.y * light[at + 1u];
+            }
         }
     }
     let arrives = select(sum, max(sum, vec3<f32>(0.0)), output == 0u);
