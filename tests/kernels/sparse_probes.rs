@@ -1258,6 +1258,10 @@ fn objects_read_probes() {
         let apart = (f64::from(found[0]) / expected - 1.0).abs();
         assert!(apart < 0.03, "at {at} towards {normal}: {found:?}, expected {expected}");
     }
+    // More probes than are read, and all count the same.
+    let same = vec![(Vec3::X, constant(1.0, 1), 3.0); 7];
+    let found = read_probes(&same, 1.0, &[(Vec3::ZERO, Vec3::Y)]);
+    assert!((found[0][0] / PI as f32 - 1.0).abs() < 1e-4, "amid equal probes: {found:?}");
     // Two probes as near as each other; the second one sees 0.2 m far alone.
     let probes = [(Vec3::X, constant(1.0, 1), 3.0), (-Vec3::X, constant(100.0, 1), 0.2)];
     let found = read_probes(&probes, 1.0, &[(Vec3::ZERO, Vec3::Y)]);

@@ -27,6 +27,8 @@ const LEAST_DEVIATION: f32 = 0.02;
 const BLEEDING: f32 = 0.1;
 /// Probes whose light is read.
 const N_BEST: u32 = 4u;
+/// Share of the next probe's weight that is taken from theirs; below 1, so that something is left where all are equal.
+const EQUAL: f32 = 0.999;
 /// Directions from which light is read of each, cosine-distributed.
 const N_DIRECTIONS: u32 = 32u;
 /// Steps by which it is found where light comes from.
@@ -143,8 +145,8 @@ fn sparse_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
     }
     var sum = vec4<f32>(0.0);
     for (var k = 0u; k < N_BEST; k++) {
-        // (As if all counted by how much they exceed the next one: so that none comes or goes at once.)
-        let weight = weights[k] - next;
+        // (By how much they exceed the next one, so that none comes or goes at once; of equal ones, each counts.)
+        let weight = weights[k] - EQUAL * next;
         if weight > 0.0 {
             sum += weight * vec4<f32>(irradiance_of_probe(best[k], position, normal), 1.0);
         }

@@ -3,7 +3,9 @@
 
 use super::realtime::frames_of;
 use super::settings::{BAKES, NEEDS_BAKE};
-use super::{REFERENCE, Ready, RenderArguments, interrupt_flag, prepare, write_picture};
+use super::{
+    ChannelArgument, REFERENCE, Ready, RenderArguments, interrupt_flag, prepare, write_picture,
+};
 use crate::CommandResult;
 use clap::Args;
 use glam::{DVec3, UVec2, Vec3};
@@ -47,6 +49,10 @@ pub fn fit(arguments: &FitArguments) -> CommandResult {
     }
     if let Some(file) = &arguments.json {
         super::check_writable(file)?;
+    }
+    let output = &arguments.render.output;
+    if output.channel != ChannelArgument::Beauty || arguments.render.realtime.shows_debug_view() {
+        return Err("fit-lights explains the whole light of a picture: leave --channel and --debug-view out".into());
     }
     let has_bake = arguments.render.realtime.has_bake();
     match arguments.render.technique.as_str() {
@@ -106,7 +112,7 @@ pub fn fit(arguments: &FitArguments) -> CommandResult {
     for light in &fitted {
         outln!("--light \"{}\"", crate::scene_args::spec_of(light, ready.scene.origin))?;
     }
-    write_picture(&sums, size, &arguments.render.output, super::ChannelArgument::Beauty)?;
+    write_picture(&sums, size, &arguments.render.output, ChannelArgument::Beauty)?;
     if let Some(file) = &arguments.json {
         let text = serde_json::to_string_pretty(&json_of(&fit, &fitted))?;
         std::fs::write(file, text + "\n")?;

@@ -91,6 +91,11 @@ impl RealtimeArguments {
         }
     }
 
+    /// Whether something else than light is shown.
+    pub fn shows_debug_view(&self) -> bool {
+        self.debug_view.is_some()
+    }
+
     /// Whether light of a file is used.
     pub fn has_bake(&self) -> bool {
         !self.bake.is_empty()

@@ -149,6 +149,8 @@ fn colours_of_lights_are_found() {
         .exits(1)
         .says(&["has no point, spot or directional"]);
     let without = ["fit-lights", &scene, "--picture", path(&target), "-o", path(&fitted)];
+    let other = [&fit[..], &outputs, &["--channel", "irradiance"]].concat();
+    run_with(&other, &lights).exits(1).says(&["leave --channel and --debug-view out"]);
     let unbaked = [&without[..], &["--technique", "sparse-probes"]].concat();
     run_with(&unbaked, &lights).exits(1).says(&["give the technique sparse-probes a --bake"]);
     let traced = [&without[..], &["--frames", "1"]].concat();
