@@ -8,16 +8,17 @@ use crate::components::lightmap::{
 use crate::components::probe_net::InspectPass;
 use crate::components::sparse_probes::{
     BakedCluster, LightmapField, LookPass, Receiver, SparseBake, SparsePlan, SparseSettings,
-    SparseSurfaces, TransportPasses, clustered, hash_of_places, most_of_cluster, places_of,
-    radius_at,
+    SparseSurfaces, Support, TransportPasses, clustered, hash_of_places, least_near,
+    most_of_cluster, places_of, radius_at,
 };
 use crate::components::voxels::{Resolution, grid_for_bounds};
 use crate::gpu::{Gpu, GpuError, Recorder, storage_buffer};
-use crate::rays::{NONE, Ray, RayKernel, RayQuestion};
+use crate::rays::{Hit, NONE, Ray, RayKernel, RayQuestion};
 use crate::scene::SceneFingerprint;
 use crate::seam::{SceneSeam, StaticMesh};
 use glam::{Vec2, Vec3};
 use std::collections::BinaryHeap;
+use std::ops::Range;
 use std::sync::mpsc;
 
 /// A scene to bake: what kernels see, and its meshes.
@@ -82,9 +83,16 @@ const N_SAMPLES: usize = 4096;
 /// Texels of a chart that are asked whether a candidate sees them, and how many candidates each asks.
 const TEXELS_PER_CHART: usize = 8;
 const ASKED: usize = 24;
+/// So many of them are asked, before it is looked whether more are needed.
+const ASKED_AT_ONCE: usize = 8;
 /// Rays from texels of charts that no candidate sees. If one of so many ends at what candidates see, the chart is lit.
 const GLANCES: usize = 8;
 const GLANCES_PER_SEEN: usize = 4;
+/// How much samples count from the back of one surface to that of another: they may be in a solid that the file calls double-sided. (Not 0: they may also be in
+/// a room whose walls are turned around.)
+const SHARE_OF_BACKS: f32 = 0.25;
+/// How much samples count that see the sky: probes pass on what surfaces reflect; pixels and receivers find the sky themselves.
+const SHARE_OF_SKY: f32 = 0.1;
 /// Rays that are traced at once.
 const RAYS_AT_ONCE: usize = 1 << 20;
 /// Receivers whose surroundings are looked at at once.
@@ -160,8 +168,10 @@ pub fn plan_sparse_probes(
     let most = most_of_cluster(&settings, probes.len());
     let (order, clusters) = clustered(&positions, most);
     let receivers: Vec<Receiver> = order.iter().map(|ix| receivers[*ix as usize]).collect();
-    let radius_of =
-        |ix: &u32| radius_at(positions[*ix as usize], &probes, radius, settings.support);
+    let of_radius = (radius, settings.support);
+    let radii = radii_of(gpu, scene, &surfaces, &receivers, &probes, of_radius)?;
+    let texel = 1.0 / uvs.texels_per_metre;
+    let anchors = anchors_of(gpu, scene, &surfaces, &receivers, texel)?;
     let mut plan = SparsePlan {
         scene: scene.fingerprint,
         settings,
@@ -169,16 +179,16 @@ pub fn plan_sparse_probes(
         texels_per_metre: uvs.texels_per_metre,
         radius,
         placed: placed.map_or(0, hash_of_places),
-        radii: order.iter().map(radius_of).collect(),
+        radii,
         corners: uvs.corners,
         probes,
-        reach: reach_of(gpu, scene, &surfaces, &receivers, 1.0 / uvs.texels_per_metre)?,
+        reach: reach_of(gpu, scene, &surfaces, &receivers, &anchors, texel)?,
         receivers,
         clusters,
         seen: Vec::new(),
         coverage,
     };
-    plan.seen = seen(gpu, scene, &plan)?;
+    plan.seen = seen(gpu, scene, &anchors, &plan)?;
     Ok(plan)
 }
 
@@ -340,29 +350,78 @@ fn seen_from_near(
     asked: &[&Receiver],
     candidates: &[Vec3],
 ) -> Result<Vec<bool>, SparseBakeError> {
+    let seen = distances_of_seen(gpu, scene, surfaces, asked, candidates, 0..ASKED)?;
+    Ok(seen.iter().map(|of| !of.is_empty()).collect())
+}
+
+/// For each of some places on surfaces, which of the nearest points in front of it see it: their distances \[m\], in order. `which`: of the points in order
+/// of their distance, those that are asked.
+fn distances_of_seen(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    surfaces: &SparseSurfaces,
+    asked: &[&Receiver],
+    points: &[Vec3],
+    which: Range<usize>,
+) -> Result<Vec<Vec<f32>>, SparseBakeError> {
     let offset = OFFSET * scene.seam.facts().diagonal();
-    let (mut rays, mut asked_by) = (Vec::new(), Vec::new());
-    for (ix, receiver) in asked.iter().enumerate() {
-        let (at, normal) = (surfaces.position(receiver), surfaces.normal(receiver));
-        let mut near: Vec<(f32, Vec3)> = candidates
-            .iter()
-            .filter(|of| (**of - at).dot(normal) > 0.0)
-            .map(|of| (of.distance_squared(at), *of))
-            .collect();
-        if near.len() > ASKED {
-            near.select_nth_unstable_by(ASKED, |a, b| a.0.total_cmp(&b.0));
-            near.truncate(ASKED);
+    let mut out: Vec<Vec<f32>> = vec![Vec::new(); asked.len()];
+    for first in (0..asked.len()).step_by(RECEIVERS_AT_ONCE) {
+        let end = (first + RECEIVERS_AT_ONCE).min(asked.len());
+        let (mut rays, mut asked_by) = (Vec::new(), Vec::new());
+        for (ix, receiver) in (first..end).zip(&asked[first..end]) {
+            let (at, normal) = (surfaces.position(receiver), surfaces.normal(receiver));
+            let mut near: Vec<(f32, Vec3)> = points
+                .iter()
+                .filter(|of| (**of - at).dot(normal) > 0.0)
+                .map(|of| (of.distance(at), *of))
+                .collect();
+            if near.len() > which.end {
+                near.select_nth_unstable_by(which.end, |a, b| a.0.total_cmp(&b.0));
+                near.truncate(which.end);
+            }
+            near.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let origin = at + normal * offset;
+            for (distance, point) in near.into_iter().skip(which.start) {
+                rays.push(Ray { origin, t_min: 0.0, direction: point - origin, t_max: 1.0 });
+                asked_by.push((ix, distance));
+            }
         }
-        let origin = at + normal * offset;
-        for (_, candidate) in near {
-            rays.push(Ray { origin, t_min: 0.0, direction: candidate - origin, t_max: 1.0 });
-            asked_by.push(ix);
+        let blocked = any_hits(gpu, scene.seam, &rays)?;
+        for ((ix, distance), blocked) in asked_by.into_iter().zip(blocked) {
+            if !blocked {
+                out[ix].push(distance);
+            }
         }
     }
-    let mut out = vec![false; asked.len()];
-    let blocked = any_hits(gpu, scene.seam, &rays)?;
-    asked_by.into_iter().zip(blocked).for_each(|(ix, blocked)| out[ix] |= !blocked);
     Ok(out)
+}
+
+/// [`SparsePlan::radii`]: so large that enough probes count that see the receiver. (Those in the next room, or inside a piece of furniture, do not help it.)
+fn radii_of(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    surfaces: &SparseSurfaces,
+    receivers: &[Receiver],
+    probes: &[Vec3],
+    (radius, support): (f32, Support),
+) -> Result<Vec<f32>, SparseBakeError> {
+    let least = least_near(support);
+    let mut seen: Vec<Vec<f32>> = vec![Vec::new(); receivers.len()];
+    let mut still: Vec<usize> = (0..receivers.len()).collect();
+    for first in (0..ASKED).step_by(ASKED_AT_ONCE) {
+        let asked: Vec<&Receiver> = still.iter().map(|ix| &receivers[*ix]).collect();
+        let which = first..first + ASKED_AT_ONCE;
+        let more = distances_of_seen(gpu, scene, surfaces, &asked, probes, which)?;
+        for (ix, more) in still.iter().zip(more) {
+            seen[*ix].extend(more);
+        }
+        still.retain(|ix| seen[*ix].len() < least);
+    }
+    let of = |(receiver, seen): (&Receiver, &Vec<f32>)| {
+        radius_at(surfaces.position(receiver), probes, seen, radius, support)
+    };
+    Ok(receivers.iter().zip(&seen).map(of).collect())
 }
 
 /// Whether each ray hits anything.
@@ -393,6 +452,8 @@ fn any_hits(gpu: &Gpu, scene: &dyn SceneSeam, rays: &[Ray]) -> Result<Vec<bool>,
 /// What a receiver sees in one direction.
 struct Sample {
     from: Vec3,
+    /// How much it counts.
+    share: f32,
     /// The point that is hit, moved off its surface, and the normal towards the receiver; or the direction to the sky.
     target: Result<(Vec3, Vec3), Vec3>,
 }
@@ -415,28 +476,30 @@ fn samples(
     let n = N_SAMPLES.min(16 * receivers.len());
     let asked: Vec<&Receiver> = (0..n).map(|k| &receivers[k * receivers.len() / n]).collect();
     let is_seen = seen_from_near(gpu, scene, surfaces, &asked, candidates)?;
-    let rays: Vec<Ray> = (0..n)
-        .filter(|k| is_seen[*k])
-        .map(|k| hemisphere_ray(surfaces, asked[k], k, offset))
-        .collect();
+    let asked: Vec<(usize, &Receiver)> =
+        asked.into_iter().enumerate().filter(|(k, _)| is_seen[*k]).collect();
+    let rays: Vec<Ray> =
+        asked.iter().map(|(k, of)| hemisphere_ray(surfaces, of, *k, offset)).collect();
     let hits = nearest_hits(gpu, scene.seam, &rays)?;
-    let sample = |(ray, hit): (&Ray, &crate::rays::Hit)| {
+    let sample = |((ray, hit), (_, of)): ((&Ray, &Hit), &(usize, &Receiver))| {
         if hit.triangle == NONE {
-            return Sample { from: ray.origin, target: Err(ray.direction) };
+            return Sample { from: ray.origin, share: SHARE_OF_SKY, target: Err(ray.direction) };
         }
         let triangle = scene.order[hit.triangle as usize] as usize;
         let normal = normal_of(&surfaces.corners[triangle]);
-        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+        let is_back = normal.dot(ray.direction) > 0.0;
+        let normal = if is_back { -normal } else { normal };
         let at = ray.origin + hit.t * ray.direction + offset * normal;
-        Sample { from: ray.origin, target: Ok((at, normal)) }
+        let share = if is_back && of.side == 1 { SHARE_OF_BACKS } else { 1.0 };
+        Sample { from: ray.origin, share, target: Ok((at, normal)) }
     };
-    Ok(rays.iter().zip(&hits).map(sample).collect())
+    Ok(rays.iter().zip(&hits).zip(&asked).map(sample).collect())
 }
 
 /// The probes among candidates that see most of what receivers see: greedily, those that add most. Each sample counts one if a probe sees it, and up
 /// to one more the nearer that probe is to the receiver. (The sum is submodular, so that the greedy choice is at least 63 % of the best one: G.
 /// Nemhauser, L. Wolsey, M. Fisher, 1978.) `radii`: within which probes count; the first one that leaves few samples without a probe is taken. `most`:
-/// None takes all. Returns also how many samples there are, how many no probe sees, and the radius.
+/// None takes all. Returns also how many samples there are of surfaces, how many of these no probe sees, and the radius.
 fn chosen(
     gpu: &Gpu,
     scene: &SparseScene,
@@ -480,40 +543,52 @@ fn chosen(
     }
     let mut is_possible = vec![false; samples.len()];
     sees.iter().flatten().for_each(|(sample, _)| is_possible[*sample as usize] = true);
-    let n_impossible = is_possible.iter().filter(|is| !**is).count();
-    let limit = n_impossible + (UNSEEN * samples.len() as f64) as usize;
-    let mut best: Option<(Vec<usize>, usize, f32)> = None;
+    let shares: Vec<f32> = samples.iter().map(|of| of.share).collect();
+    // What is lacking of samples, all their shares together.
+    let lacking = |is_there: &dyn Fn(usize) -> bool| -> f64 {
+        (0..shares.len()).filter(|ix| !is_there(*ix)).map(|ix| f64::from(shares[ix])).sum()
+    };
+    let limit = lacking(&|ix| is_possible[ix]) + UNSEEN * lacking(&|_| false);
+    let mut best: Option<(Vec<usize>, Vec<bool>, f32)> = None;
+    let mut least = f64::INFINITY;
     for &radius in radii {
-        let (kept, n_unseen) = greedy(&sees, samples.len(), radius, most);
-        let is_enough = n_unseen <= limit;
-        if best.as_ref().is_none_or(|(_, known, _)| n_unseen < *known) {
-            best = Some((kept, n_unseen, radius));
+        let (kept, is_seen) = greedy(&sees, &shares, radius, most);
+        let unseen = lacking(&|ix| is_seen[ix]);
+        if unseen < least {
+            least = unseen;
+            best = Some((kept, is_seen, radius));
         }
-        if is_enough {
+        if unseen <= limit {
             break;
         }
     }
-    let (kept, n_unseen, radius) = best.unwrap_or_default();
+    let (kept, is_seen, radius) = best.unwrap_or_default();
     let probes = kept.into_iter().map(|ix| candidates[ix]).collect();
-    Ok((probes, [samples.len() as u32, n_unseen as u32], radius))
+    let of_surfaces = || samples.iter().zip(&is_seen).filter(|(of, _)| of.target.is_ok());
+    let n_unseen = of_surfaces().filter(|(_, is_seen)| !**is_seen).count();
+    Ok((probes, [of_surfaces().count() as u32, n_unseen as u32], radius))
 }
 
-/// Which of some candidates are kept, and how many samples none of them sees. `sees`: for each candidate, the samples that it sees, and the distances of
-/// their receivers.
+/// Which of some candidates are kept, and which samples one of them sees. `sees`: for each candidate, the samples that it sees, and the distances of
+/// their receivers; `shares`: how much each sample counts.
 fn greedy(
     sees: &[Vec<(u32, f32)>],
-    n_samples: usize,
+    shares: &[f32],
     radius: f32,
     most: Option<usize>,
-) -> (Vec<usize>, usize) {
+) -> (Vec<usize>, Vec<bool>) {
     let value = |distance: f32| {
         let t = distance / radius;
         if t < 1.0 { 2.0 + (2.0 * t - 3.0) * t * t } else { 0.0 }
     };
-    let mut best = vec![0.0f32; n_samples];
+    let mut best = vec![0.0f32; shares.len()];
     let mut kept = Vec::new();
-    let gain = |of: &[(u32, f32)], best: &[f32]| -> f64 {
-        of.iter().map(|(ix, d)| f64::from((value(*d) - best[*ix as usize]).max(0.0))).sum()
+    let gain = |known: &[(u32, f32)], best: &[f32]| -> f64 {
+        let of = |&(ix, distance): &(u32, f32)| {
+            let ix = ix as usize;
+            f64::from(shares[ix]) * f64::from((value(distance) - best[ix]).max(0.0))
+        };
+        known.iter().map(of).sum()
     };
     // (Gains only fall, so that the largest of old gains is worth asking first.)
     let mut heap: BinaryHeap<Gain> =
@@ -537,7 +612,7 @@ fn greedy(
         kept.push(ix);
     }
     kept.sort_unstable();
-    (kept, best.iter().filter(|value| **value == 0.0).count())
+    (kept, best.iter().map(|value| *value > 0.0).collect())
 }
 
 /// What a candidate adds, and which one it is.
@@ -563,12 +638,39 @@ impl Ord for Gain {
 /// How far points are lifted off their surfaces before it is asked whether one sees the other, in texels: less than surfaces bend within one.
 const LIFT: f32 = 0.1;
 
+/// The points that stand for receivers, off their surfaces: by [`LIFT`], or half as far as whatever leans over them. `texel`: how wide it is \[m\].
+fn anchors_of(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    surfaces: &SparseSurfaces,
+    receivers: &[Receiver],
+    texel: f32,
+) -> Result<Vec<Vec3>, SparseBakeError> {
+    let offset = OFFSET * scene.seam.facts().diagonal();
+    let mut out = Vec::with_capacity(receivers.len());
+    for some in receivers.chunks(RAYS_AT_ONCE) {
+        let ray = |of: &Receiver| {
+            let direction = surfaces.normal(of);
+            let origin = surfaces.position(of) + offset * direction;
+            Ray { origin, t_min: 0.0, direction, t_max: LIFT * texel }
+        };
+        let rays: Vec<Ray> = some.iter().map(ray).collect();
+        let hits = nearest_hits(gpu, scene.seam, &rays)?;
+        out.extend(rays.iter().zip(&hits).map(|(ray, hit)| {
+            let lift = if hit.triangle == NONE { ray.t_max } else { 0.5 * hit.t };
+            ray.origin + lift * ray.direction
+        }));
+    }
+    Ok(out)
+}
+
 /// [`SparsePlan::reach`]: rays from the point that stands for a receiver to the others in its texel, and to those that stand for its neighbours.
 fn reach_of(
     gpu: &Gpu,
     scene: &SparseScene,
     surfaces: &SparseSurfaces,
     receivers: &[Receiver],
+    anchors: &[Vec3],
     texel: f32,
 ) -> Result<Vec<u32>, SparseBakeError> {
     let lift = LIFT * texel;
@@ -583,8 +685,7 @@ fn reach_of(
         let (mut rays, mut bits, mut known) = (Vec::new(), Vec::new(), Vec::new());
         for ix in some {
             let receiver = &receivers[ix];
-            let normal = surfaces.normal(receiver);
-            let from = surfaces.position(receiver) + lift * normal;
+            let from = anchors[ix];
             let mut ask = |to: Option<Vec3>, bit: u32| {
                 // (To a point that is the same, nothing is in between. Texels without a receiver have light of their neighbours.)
                 let Some(to) = to.filter(|to| to.distance(from) > 1e-3 * lift) else {
@@ -603,16 +704,14 @@ fn reach_of(
                 is_unknown &= !(1 << place);
                 let (triangle, weights) = (point.triangle, point.weights);
                 let own = Receiver { triangle, weights, ..*receiver };
-                let to = surfaces.position(&own) + lift * surfaces.normal(&own);
-                ask(Some(to), u32::from(*place));
+                ask(Some(surfaces.anchor(&own, lift)), u32::from(*place));
             }
             known.push((ix, is_unknown));
             let (x, y) = (receiver.texel & 0xffff, receiver.texel >> 16);
             for k in (0..9u32).filter(|k| *k != 4) {
                 let at = [x + k % 3, y + k / 3].map(|at| at.wrapping_sub(1));
                 let key = (at[0] & 0xffff | at[1] << 16, receiver.side);
-                let other = at_texel.get(&key).map(|ix| &receivers[*ix]);
-                let to = other.map(|of| surfaces.position(of) + lift * surfaces.normal(of));
+                let to = at_texel.get(&key).map(|ix| anchors[*ix]);
                 ask(to, 16 + k - u32::from(k > 4));
             }
         }
@@ -626,7 +725,12 @@ fn reach_of(
 }
 
 /// What the probes see.
-fn seen(gpu: &Gpu, scene: &SparseScene, plan: &SparsePlan) -> Result<Vec<u32>, SparseBakeError> {
+fn seen(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    anchors: &[Vec3],
+    plan: &SparsePlan,
+) -> Result<Vec<u32>, SparseBakeError> {
     let n_probes = plan.probes.len() as u32;
     let n_directions = plan.settings.n_directions;
     let n = n_probes * n_directions;
@@ -641,16 +745,30 @@ fn seen(gpu: &Gpu, scene: &SparseScene, plan: &SparsePlan) -> Result<Vec<u32>, S
         scene.order,
         (&plan.receivers, &plan.reach),
     )?;
-    let places = places_of(&plan.probes);
-    let copied = wgpu::BufferUsages::COPY_DST;
-    let buffer = storage_buffer(gpu, "places of probes", 16 * u64::from(n_probes), copied, advice)?;
-    gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&places));
+    let lift = LIFT / plan.texels_per_metre;
+    let uploaded = |label, points: &[Vec3]| -> Result<wgpu::Buffer, GpuError> {
+        let points = places_of(points);
+        let bytes: &[u8] = bytemuck::cast_slice(&points);
+        let copied = wgpu::BufferUsages::COPY_DST;
+        let buffer = storage_buffer(gpu, label, bytes.len() as u64, copied, advice)?;
+        gpu.queue.write_buffer(&buffer, 0, bytes);
+        Ok(buffer)
+    };
+    let places = uploaded("places of probes", &plan.probes)?;
+    let anchors = uploaded("places of receivers", anchors)?;
     let none = wgpu::BufferUsages::empty();
     let seen = storage_buffer(gpu, "what probes see", 4 * u64::from(n), none, advice)?;
     let pass = LookPass::new(gpu, scene.seam);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut recorder = Recorder::new(gpu, &mut encoder);
-    pass.record(&mut recorder, scene.seam, &field, (&buffer, &seen), [n_probes, n_directions]);
+    pass.record(
+        &mut recorder,
+        scene.seam,
+        &field,
+        [&places, &seen, &anchors],
+        [n_probes, n_directions],
+        lift,
+    );
     drop(recorder);
     gpu.queue.submit([encoder.finish()]);
     let found: Vec<u32> = words(&read_buffer(gpu, &seen)?);

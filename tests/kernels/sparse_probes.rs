@@ -742,13 +742,28 @@ fn with_lamp_corners(on_gpu: &GpuScene, scene: &Scene, triangle: u32) -> [DVec3;
         .map(|corner| corner.as_dvec3())
 }
 
+/// A room from 0 to `size` that is open above.
+fn without_ceiling(size: Vec3) -> Mesh {
+    let mut walls = room(Vec3::ZERO, size);
+    walls.triangles.retain(|t| !t.iter().all(|ix| walls.positions[*ix as usize].y == size.y));
+    walls
+}
+
+/// A triangle of a room's floor, which side of it is up, and the point at a third of both of its edges.
+fn place_on_floor(on_gpu: &GpuScene, scene: &Scene) -> (u32, u32, DVec3) {
+    let triangle = (0..on_gpu.n_triangles())
+        .find(|ix| with_lamp_corners(on_gpu, scene, *ix).iter().all(|c| c.y == 0.0))
+        .unwrap();
+    let [a, b, c] = with_lamp_corners(on_gpu, scene, triangle);
+    let share = f64::from(65535u32 / 3) / 65535.0;
+    let side = u32::from((b - a).cross(c - a).y < 0.0);
+    (triangle, side, a + share * (b - a) + share * (c - a))
+}
+
 /// Which probes see a place, by bits and by masks of the sky: in a room with an open ceiling, walls hide what is behind them, and the side decides.
 #[test]
 fn probes_see_what_nothing_hides() {
-    let mut walls = room(Vec3::ZERO, Vec3::new(4.0, 2.0, 3.0));
-    // (Without the ceiling.)
-    walls.triangles.retain(|t| !t.iter().all(|ix| walls.positions[*ix as usize].y == 2.0));
-    let scene = world(vec![walls], vec![lambert(0.5)]);
+    let scene = world(vec![without_ceiling(Vec3::new(4.0, 2.0, 3.0))], vec![lambert(0.5)]);
     let on_gpu = upload(&scene);
     let mut random = Random(11);
     let places: Vec<Vec3> = (0..70)
@@ -864,12 +879,7 @@ fn transport_equals_a_quadrature() {
         (Vec3::new(3.1, 0.5, 2.2), 0.2),
         (Vec3::new(2.0, 1.0, 1.5), 0.4),
     ];
-    // A triangle of the floor, from above.
-    let triangle = (0..on_gpu.n_triangles())
-        .find(|ix| with_lamp_corners(&on_gpu, &scene, *ix).iter().all(|c| c.y == 0.0))
-        .unwrap();
-    let [a, b, c] = with_lamp_corners(&on_gpu, &scene, triangle);
-    let side = u32::from((b - a).cross(c - a).y < 0.0);
+    let (triangle, side, from) = place_on_floor(&on_gpu, &scene);
     let kernel = ComputeKernel::new(
         gpu(),
         on_gpu.shaders(),
@@ -923,8 +933,6 @@ fn transport_equals_a_quadrature() {
             let mean = f64::from(sums[tail + 3 + k]) / f64::from(SAMPLES);
             assert!((mean - y).abs() < 1e-5, "function {k} at the normal: {mean}, expected {y}");
         }
-        let share = f64::from(third) / 65535.0;
-        let from = a + share * (b - a) + share * (c - a);
         let whole: f64 = probes.iter().map(|(_, w)| f64::from(*w)).sum();
         // Mean and mean square of the integrand over the samples' directions: cosine-distributed; with radiance, half of them uniform.
         let mut expected = vec![[0.0f64; 2]; tail];
@@ -979,6 +987,77 @@ fn transport_equals_a_quadrature() {
             );
         }
     }
+}
+
+/// Samples of surfaces that no probe sees do not count; those of the sky do, and are dark: else what is beside the sky would be too bright. In a room
+/// without a ceiling, of which no probe sees anything, as many count as the opening's form factor says. Tolerance: five standard deviations, as if samples were
+/// independent.
+#[test]
+fn unseen_sky_is_dark() {
+    let size = DVec3::new(4.0, 2.0, 3.0);
+    let scene = world(vec![without_ceiling(size.as_vec3())], vec![lambert(0.5)]);
+    let on_gpu = upload(&scene);
+    let (triangle, side, from) = place_on_floor(&on_gpu, &scene);
+    let kernel = ComputeKernel::new(
+        gpu(),
+        on_gpu.shaders(),
+        Some(on_gpu.group()),
+        "sparse_probes/transport",
+    );
+    let n_triangles = on_gpu.n_triangles();
+    let third = 65535u32 / 3;
+    let [x, y, z] = [2.0f32, 1.0, 1.5].map(f32::to_bits);
+    let job: Vec<[u32; 4]> = vec![
+        [0, 1, side, 5],
+        [0, 1, 0, 0],
+        [triangle, third | third << 16, 0, 0],
+        [x, y, z, 1.0f32.to_bits()],
+        [0; 4],
+    ];
+    let (n, stride) = (9u32, 9 + 3);
+    let sums = bytes(&vec![0.0f32; stride as usize]);
+    const SAMPLES: u32 = 4096;
+    for first in (0..SAMPLES).step_by(64) {
+        // By bits and masks: all 0.
+        let info: [u32; 16] = [1, first, 1, 3, 2, stride, 0, 1, 1, 2, 3, 0, 0, 0, 1, 0];
+        submit(|recorder| {
+            kernel
+                .call(&mut recorder.compute("transport"))
+                .scene(on_gpu.group())
+                .uniform("info", &info)
+                .bind("job", &bytes(&job))
+                .bind("sight", &bytes(&[0u32; 1 + 512]))
+                .bind("sums", &sums)
+                .bind(
+                    "lightmap",
+                    &crate::harness::uniform(bytemuck::cast_slice(&[1u32, 1, n_triangles, 0])),
+                )
+                .bind("lightmap_words", &bytes(&vec![0u32; 6 * n_triangles as usize + 2]))
+                .dispatch(Dispatch::Rows(1));
+        });
+    }
+    let sums: Vec<f32> = bytemuck::pod_collect_to_vec(&read(&sums));
+    assert!(sums[..n as usize].iter().all(|sum| *sum == 0.0), "nothing arrives: {sums:?}");
+    assert_eq!(sums[n as usize + 2], SAMPLES as f32, "samples in all");
+    let factor =
+        form_factor(&[0.0, 1.0, 3.0, 2.0].map(|k: f64| {
+            DVec3::new(size.x * (k % 2.0), size.y, size.z * (k / 2.0).floor()) - from
+        }));
+    let found = f64::from(sums[n as usize]) / f64::from(SAMPLES);
+    let limit = 5.0 * (factor * (1.0 - factor) / f64::from(SAMPLES)).sqrt();
+    assert!(
+        (found - factor).abs() < limit,
+        "{found} of the samples count, expected {factor} within {limit}"
+    );
+}
+
+/// Lambert's formula: the form factor of a polygon above a place at 0, whose normal is y.
+fn form_factor(corners: &[DVec3; 4]) -> f64 {
+    let of_edge = |k: usize| {
+        let (a, b) = (corners[k].normalize(), corners[(k + 1) % 4].normalize());
+        a.dot(b).clamp(-1.0, 1.0).acos() * a.cross(b).normalize_or_zero().y
+    };
+    (0..4).map(of_edge).sum::<f64>().abs() / (2.0 * PI)
 }
 
 /// How far it is from a place in a box from 0 to `size` to its surface: the nearest of the planes ahead.
@@ -1039,18 +1118,7 @@ fn walls_light_by_their_form_factors(
             ];
             // (The floor itself is in the horizon: its form factor is 0.)
             let is_floor = axis == 1 && end == 0.0;
-            let factor: f64 = if is_floor {
-                0.0
-            } else {
-                (0..4)
-                    .map(|k| {
-                        let (a, b) = (corners[k].normalize(), corners[(k + 1) % 4].normalize());
-                        a.dot(b).clamp(-1.0, 1.0).acos() * a.cross(b).normalize_or_zero().y
-                    })
-                    .sum::<f64>()
-                    .abs()
-                    / (2.0 * PI)
-            };
+            let factor = if is_floor { 0.0 } else { form_factor(&corners) };
             all += factor;
             let found = irradiance / PI;
             all_found += found;

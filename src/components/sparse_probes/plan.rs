@@ -42,7 +42,7 @@ pub struct SparsePlan {
     pub clusters: Vec<u32>,
     /// For each direction of each probe, what it sees (`wgsl/kernels/sparse_probes/look.wgsl`).
     pub seen: Vec<u32>,
-    /// Samples of what receivers see that were tried when probes were placed, and those of them that no probe sees.
+    /// Samples of the surfaces that receivers see that were tried when probes were placed, and those of them that no probe sees.
     pub coverage: [u32; 2],
 }
 
@@ -110,6 +110,11 @@ impl SparseSurfaces {
             |(_, place): &(&SurfacePoint, &u8)| **place > 15 || reach >> **place & 1 == 1;
         let points = self.points_of(receiver).iter().zip(self.places_of(receiver));
         points.filter(is_within).map(|(point, _)| *point).collect()
+    }
+
+    /// The point that stands for a receiver, so far off the surface \[m\], on the receiver's side.
+    pub fn anchor(&self, of: &Receiver, lift: f32) -> Vec3 {
+        self.position(of) + lift * self.normal(of)
     }
 
     /// Where a receiver is \[m\].
@@ -201,16 +206,34 @@ pub(super) fn support_weight(distance: f32, radius: f32) -> f32 {
     (2.0 * t - 3.0) * t * t + 1.0
 }
 
-/// Within which probes count, for a receiver at a place.
-pub(crate) fn radius_at(position: Vec3, probes: &[Vec3], radius: f32, support: Support) -> f32 {
-    let mut distances: Vec<f32> = probes.iter().map(|probe| probe.distance(position)).collect();
-    distances.sort_by(f32::total_cmp);
-    let nth = |n: usize| distances.get(n).or(distances.last()).copied().unwrap_or(0.0);
-    // (A little farther than the last one, so that it counts.)
-    let least = 1.1 * nth(LEAST_NEAR - 1);
+/// How many probes that see a receiver count for it at least, if there are so many.
+pub(crate) fn least_near(support: Support) -> usize {
     match support {
-        Support::Fixed => radius.max(least),
-        Support::Even => 1.1 * nth(EVEN_NEAR - 1),
+        Support::Fixed => LEAST_NEAR,
+        Support::Even => EVEN_NEAR,
+    }
+}
+
+/// Within which probes count, for a receiver at a place. `seen`: distances of probes that see it, in order; where these are too few, others count
+/// as well: it may be in a corner that sees what they see.
+pub(crate) fn radius_at(
+    position: Vec3,
+    probes: &[Vec3],
+    seen: &[f32],
+    radius: f32,
+    support: Support,
+) -> f32 {
+    let n = least_near(support);
+    let last = seen.get(n - 1).copied().unwrap_or_else(|| {
+        let mut distances: Vec<f32> = probes.iter().map(|probe| probe.distance(position)).collect();
+        distances.sort_by(f32::total_cmp);
+        let nearest = distances.get(n - 1).or(distances.last()).copied().unwrap_or(0.0);
+        seen.last().map_or(nearest, |of| of.max(nearest))
+    });
+    // (A little farther than the last one, so that it counts.)
+    match support {
+        Support::Fixed => radius.max(1.1 * last),
+        Support::Even => 1.1 * last,
     }
 }
 

@@ -191,22 +191,25 @@ impl LookPass {
         Self(ComputeKernel::new(gpu, scene.shaders(), Some(scene.group()), name))
     }
 
-    /// Records what `n_probes` see in `n_directions`; `seen`: one word each.
+    /// Records what `n_probes` see in `n_directions`. `buffers`: where the probes are; of each direction, what is seen; and the points that stand for
+    /// receivers, so far off their surfaces \[m\].
     pub fn record(
         &self,
         recorder: &mut Recorder,
         scene: &dyn SceneSeam,
         field: &LightmapField,
-        (places, seen): (&wgpu::Buffer, &wgpu::Buffer),
+        [places, seen, anchors]: [&wgpu::Buffer; 3],
         [n_probes, n_directions]: [u32; 2],
+        lift: f32,
     ) {
-        let info = LookInfo { n_probes, n_directions, reserved_a: 0, reserved_b: 0 };
+        let info = LookInfo { n_probes, n_directions, lift, reserved_a: 0 };
         self.0
             .call(&mut recorder.compute(self.0.name()))
             .scene(scene.group())
             .uniform("info", &info)
             .bind("places", places)
             .bind("seen", seen)
+            .bind("anchors", anchors)
             .with(field.bindings())
             .dispatch(Dispatch::Items((n_probes * n_directions).next_multiple_of(look::WORKGROUP)));
     }
@@ -216,6 +219,8 @@ impl LookPass {
 const SIGHT_STEP: u32 = 1 << 15;
 /// How much receivers beside another cluster count in the decomposition: where errors show as an edge, they are no larger than elsewhere.
 const BORDER_WEIGHT: f32 = 2.0;
+/// How much those count at least of whose samples less than half are seen by a probe: they are told by few samples, and most are inside of something.
+const LEAST_WEIGHT: f32 = 0.05;
 /// Rounds of 64 samples in one dispatch, and iterations of an invocation's loops, at most.
 const MOST_ROUNDS: u32 = 4;
 const MOST_LOOPS: u32 = 40_000;
@@ -515,6 +520,7 @@ impl Batch {
                 out.blind.push(ix as u32);
                 continue;
             }
+            out.weights[ix] *= (2.0 * n_valid as f32 / n_whole as f32).clamp(LEAST_WEIGHT, 1.0);
             let scale = std::f32::consts::PI / counts[0];
             let mut put = |output: usize, numbers: &[f32], factor: f32| {
                 let first = (output * n_receivers + ix) * n_columns;

@@ -94,7 +94,7 @@ const MAX_RADIANCE_BAND: u32 = 4u;
 const FOUND_NOTHING: u32 = 0u;
 const FOUND_SURFACE: u32 = 1u;
 const FOUND_SKY: u32 = 2u;
-/// Its direction leads into the surface itself: no light comes from there.
+/// Its direction leads into the surface itself, or to the sky where no probe sees it: no light comes from there.
 const FOUND_DARK: u32 = 3u;
 /// The driver has ended loops early.
 const FOUND_CUT: u32 = 4u;
@@ -216,7 +216,8 @@ fn take_sample(record: vec4<u32>, near: vec2<u32>, sample_ix: u32, local: u32) {
         return;
     }
     if !(sum > 0.0) {
-        found[local] = FOUND_NOTHING;
+        // (Surfaces that no probe sees are unknown. The sky's light is not that of probes: receivers and pixels find it themselves.)
+        found[local] = select(FOUND_NOTHING, FOUND_DARK, is_sky);
         return;
     }
     targets[local] = vec4<f32>(place, 1.0 / sum);
