@@ -9,6 +9,7 @@
 
 #import lucerna::components::probes::octahedral_map::{MAP_SIDE, map_taps}
 #import lucerna::components::probes::visibility::{seen_share, without_bleeding, wrapped_weight}
+#import lucerna::components::sparse_probes::seen::MAP_FAR
 #import lucerna::math::constants::PI
 #import lucerna::math::frame::frame_from_normal
 #import lucerna::math::vector::safe_normalize
@@ -33,8 +34,6 @@ const EQUAL: f32 = 0.999;
 const N_DIRECTIONS: u32 = 32u;
 /// Steps by which it is found where light comes from.
 const PARALLAX_STEPS: u32 = 6u;
-/// The greatest distance of a map [radii].
-const MAP_FAR: f32 = 4.0;
 
 struct SparseInfo {
     n_probes: u32,

@@ -12,11 +12,12 @@ use glam::{DVec3, UVec2, Vec3};
 use lucerna::blocking::render_reference;
 use lucerna::fit::{LightFit, fit_lights};
 use lucerna::gpu::Recorder;
-use lucerna::picture::Picture;
+use lucerna::picture::{Picture, write_whole_file};
 use lucerna::scene::{Light, Sky};
 use lucerna::settings;
 use lucerna::techniques::TECHNIQUES;
 use lucerna::techniques::reference::{Channel, PixelSums, ReferenceSettings, resolve};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -115,7 +116,7 @@ pub fn fit(arguments: &FitArguments) -> CommandResult {
     write_picture(&sums, size, &arguments.render.output, ChannelArgument::Beauty)?;
     if let Some(file) = &arguments.json {
         let text = serde_json::to_string_pretty(&json_of(&fit, &fitted))?;
-        std::fs::write(file, text + "\n")?;
+        write_whole_file(file, |to| -> std::io::Result<()> { writeln!(to, "{text}") })?;
     }
     errln!("fitted in {:.2} s", started.elapsed().as_secs_f64());
     Ok(())

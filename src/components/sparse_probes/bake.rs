@@ -30,7 +30,7 @@
 
 use super::plan::{Receiver, SparsePlan, hash_of_places};
 use super::settings::{N_WORDS, Numbers, SparseSettings};
-use crate::bindings::kernels::sparse_probes::look::SEEN_UNKNOWN;
+use crate::bindings::lucerna::components::sparse_probes::seen::SEEN_UNKNOWN;
 use crate::picture::write_whole_file;
 use crate::scene::SceneFingerprint;
 use glam::{UVec2, Vec2, Vec3};

@@ -2,8 +2,8 @@
 //! What a bake of sparse probes decides before it computes transport: receivers, probes, clusters.
 
 use super::settings::{EVEN_NEAR, LEAST_NEAR, SparseSettings, Support};
-use crate::bindings::kernels::sparse_probes::look::SEEN_UNKNOWN;
 use crate::bindings::kernels::sparse_probes::transport::MAX_NEAR;
+use crate::bindings::lucerna::components::sparse_probes::seen::SEEN_UNKNOWN;
 use crate::components::lightmap::{LightmapUvs, NO_CHART, Receivers, SurfacePoint};
 use crate::scene::SceneFingerprint;
 use crate::seam::StaticMesh;

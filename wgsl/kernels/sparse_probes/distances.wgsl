@@ -10,6 +10,7 @@
 #import lucerna::components::probes::octahedral_map::{MAP_SIDE, direction_of_texel}
 #import lucerna::components::sparse_probes::directions::look_direction
 #import lucerna::components::sparse_probes::receiver::Receiver
+#import lucerna::components::sparse_probes::seen::{MAP_FAR, SEEN_SKY, SEEN_UNKNOWN}
 #import lucerna::geometry::barycentric::interpolate_vec3
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::scene::triangles::triangle_corners
@@ -17,13 +18,8 @@
 /// An invocation for each texel.
 const WORKGROUP: u32 = 64u;
 const_assert WORKGROUP == MAP_SIDE * MAP_SIDE;
-/// As in `sparse_probes/look`.
-const SEEN_SKY: u32 = 0xffffffffu;
-const SEEN_UNKNOWN: u32 = 0xfffffffeu;
 /// About the most directions that are used, evenly spread over all.
 const MAX_DIRECTIONS: u32 = 4096u;
-/// What counts as far away [radii]: also the sky.
-const FAR: f32 = 4.0;
 
 struct DistancesInfo {
     n_probes: u32,
@@ -48,14 +44,14 @@ var<workgroup> texels: array<vec2<f32>, WORKGROUP>;
 fn seen_distance(probe: u32, direction_ix: u32) -> f32 {
     let what = seen[probe * info.n_directions + direction_ix];
     if what == SEEN_SKY {
-        return FAR;
+        return MAP_FAR;
     }
     if what == SEEN_UNKNOWN {
         return -1.0;
     }
     let corners = triangle_corners(receivers[what].triangle);
     let at = interpolate_vec3(corners.a, corners.b, corners.c, unpack2x16unorm(receivers[what].weights));
-    return min(distance(at, places[probe].xyz) / info.radius, FAR);
+    return min(distance(at, places[probe].xyz) / info.radius, MAP_FAR);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -88,7 +84,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         workgroupBarrier();
     }
     // (Of directions in which nothing is known, nothing hides the probe.)
-    texels[local] = select(vec2<f32>(FAR, FAR * FAR), sum.yz / max(sum.x, 1e-30), sum.x > 1e-20);
+    texels[local] = select(vec2<f32>(MAP_FAR, MAP_FAR * MAP_FAR), sum.yz / max(sum.x, 1e-30), sum.x > 1e-20);
     workgroupBarrier();
     if local % 2u == 0u {
         let at = info.n_probes + (probe * WORKGROUP + local) / 2u;

@@ -7,6 +7,7 @@
 //! Dispatch: one invocation for each direction of each probe, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: none.
 
 #import lucerna::components::sparse_probes::directions::look_direction
+#import lucerna::components::sparse_probes::seen::{SEEN_SKY, SEEN_UNKNOWN}
 #import lucerna::fields::lightmap::{NO_RECEIVER, lightmap, lightmap_place, receiver_at, receiver_in_texel}
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::math::constants::FLOAT_MAX
@@ -16,9 +17,6 @@
 #import lucerna::scene::types::{Ray, hit_is_miss}
 
 const WORKGROUP: u32 = 64u;
-/// What a probe sees that is no receiver: the sky, and a surface without texels.
-const SEEN_SKY: u32 = 0xffffffffu;
-const SEEN_UNKNOWN: u32 = 0xfffffffeu;
 
 struct LookInfo {
     n_probes: u32,

@@ -5,13 +5,11 @@
 //! owns its probe.
 
 #import lucerna::components::sparse_probes::directions::look_direction
+#import lucerna::components::sparse_probes::seen::{SEEN_SKY, SEEN_UNKNOWN}
 #import lucerna::math::dispatch::group_of_dispatch
 #import lucerna::scene::sky::sky_radiance
 
 const WORKGROUP: u32 = 256u;
-/// As in `sparse_probes/look`.
-const SEEN_SKY: u32 = 0xffffffffu;
-const SEEN_UNKNOWN: u32 = 0xfffffffeu;
 
 struct ProjectInfo {
     n_probes: u32,
