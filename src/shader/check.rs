@@ -5,11 +5,14 @@ use super::axes::{Axis, AxisValue, Variant};
 use super::budget::Budget;
 use super::interface::Interface;
 use super::layers::{self, Layer, layer_of};
-use super::library::{Composed, Library, Source, Target};
+use super::library::{Composed, Library, Source, Target, composer_for};
 use super::problem::{Problem, Rule};
 use super::{OVERLAYS, ROOT, Resources};
-use std::collections::BTreeSet;
+use naga_oil::compose::Composer;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::rc::Rc;
 
 /// A kernel that passed the check.
 #[derive(Clone, Debug)]
@@ -68,7 +71,8 @@ pub struct CheckedTree {
 pub fn check_tree(dir: &Path, axes: &[Axis]) -> Result<CheckedTree, Vec<Problem>> {
     let (mut all, mut problems) = Library::read_dir(dir);
     let overlays = take_overlays(&mut all, axes, &mut problems);
-    let tree = Tree { all, overlays, axes };
+    all.look_at_all();
+    let tree = Tree { all, overlays, axes, libraries: RefCell::default() };
     let mut checked = CheckedTree::default();
 
     problems.extend(tree.all.iter().flat_map(layers::check));
@@ -79,15 +83,19 @@ pub fn check_tree(dir: &Path, axes: &[Axis]) -> Result<CheckedTree, Vec<Problem>
 
     let modules = tree.library(Variant::BASELINE);
     let target = Target { capabilities: Variant::BASELINE.capabilities_of(axes), budget: None };
+    let mut composers: BTreeMap<Variant, Composer> = BTreeMap::new();
+    let mut composed = |source: &Source, variant: Variant, target: Target| {
+        let composer = composers.entry(variant).or_insert_with(|| composer_for(target));
+        tree.library(variant).compose_in(composer, source, target)
+    };
     for source in modules.iter() {
-        problems.extend(modules.compose(source, target).err().unwrap_or_default());
+        problems.extend(composed(source, Variant::BASELINE, target).err().unwrap_or_default());
     }
     for Overlay { axis, value, source } in &tree.overlays {
         if layer_of(&source.import_path) != Layer::Kernel {
             let variant = Variant::BASELINE.with_value(*axis, *value);
             let target = Target { capabilities: variant.capabilities_of(axes), budget: None };
-            let found = tree.library(variant).compose(source, target);
-            problems.extend(found.err().unwrap_or_default());
+            problems.extend(composed(source, variant, target).err().unwrap_or_default());
         }
     }
     for kernel in tree.all.iter().filter(|source| layer_of(&source.import_path) == Layer::Kernel) {
@@ -97,7 +105,7 @@ pub fn check_tree(dir: &Path, axes: &[Axis]) -> Result<CheckedTree, Vec<Problem>
                 capabilities: variant.capabilities_of(axes),
                 budget: Some(Budget::BASELINE),
             };
-            match tree.library(variant).compose(source, target) {
+            match composed(source, variant, target) {
                 Ok(composed) => checked.kernels.push(CheckedKernel {
                     name: kernel_name(&kernel.import_path),
                     variant,
@@ -110,7 +118,7 @@ pub fn check_tree(dir: &Path, axes: &[Axis]) -> Result<CheckedTree, Vec<Problem>
         }
     }
     checked.kernels.sort_by(|a, b| (&a.name, a.variant).cmp(&(&b.name, b.variant)));
-    checked.library = modules;
+    checked.library = (*modules).clone();
     checked.overlays = tree.overlays;
     problems.sort_by(|a, b| {
         (&a.file, a.line, a.column, a.rule, &a.message)
@@ -130,6 +138,8 @@ struct Tree<'a> {
     all: Library,
     overlays: Vec<Overlay>,
     axes: &'a [Axis],
+    /// [`Tree::library`] of the variants that were asked for.
+    libraries: RefCell<BTreeMap<Variant, Rc<Library>>>,
 }
 
 impl Tree<'_> {
@@ -146,7 +156,13 @@ impl Tree<'_> {
     }
 
     /// All modules in a variant.
-    fn library(&self, variant: Variant) -> Library {
+    fn library(&self, variant: Variant) -> Rc<Library> {
+        let mut known = self.libraries.borrow_mut();
+        let library = known.entry(variant).or_insert_with(|| Rc::new(self.new_library(variant)));
+        Rc::clone(library)
+    }
+
+    fn new_library(&self, variant: Variant) -> Library {
         let mut library = self.all.clone();
         for overlay in &self.overlays {
             if variant.value(overlay.axis) == overlay.value {

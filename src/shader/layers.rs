@@ -2,7 +2,7 @@
 //! The rules of the layers, checked on the text.
 
 use super::KERNELS;
-use super::library::Source;
+use super::library::{Facts, FoundBinding, Source};
 use super::problem::{Problem, Rule};
 use super::scan::{Declaration, DeclarationKind, declarations, defined_import_path, imports};
 
@@ -57,22 +57,25 @@ fn owner_of(group: &str) -> &'static str {
 }
 
 /// Finds bindings that two modules of one composition both use.
-pub fn check_bindings<'a>(sources: impl Iterator<Item = &'a Source>) -> Vec<Problem> {
-    let mut known: Vec<(&Source, &str, &str, &str)> = Vec::new();
+pub(super) fn check_bindings<'a>(
+    sources: impl Iterator<Item = (&'a Source, &'a Facts)>,
+) -> Vec<Problem> {
+    let mut known: Vec<(&Source, &FoundBinding)> = Vec::new();
     let mut problems = Vec::new();
-    for source in sources {
-        for Declaration { kind, line, column } in declarations(&source.text) {
-            let DeclarationKind::Binding { group, binding, name } = kind else { continue };
-            let taken = known.iter().find(|(_, g, b, _)| (*g, *b) == (group, binding));
-            if let Some((other, _, _, other_name)) = taken {
+    for (source, facts) in sources {
+        for found in &facts.bindings {
+            let FoundBinding { group, binding, name, place } = found;
+            let same = |of: &FoundBinding| of.group == *group && of.binding == *binding;
+            if let Some((other, of_other)) = known.iter().find(|(_, of)| same(of)) {
+                let other_name = &of_other.name;
                 let message = format!(
                     "`{name}` and `{other_name}` of {} are both @group({group}) @binding({binding}); {}",
                     other.file.display(),
                     owner_of(group)
                 );
-                problems.push(source.problem(Rule::BindGroup, (line, column), message));
+                problems.push(source.problem(Rule::BindGroup, *place, message));
             } else {
-                known.push((source, group, binding, name));
+                known.push((source, found));
             }
         }
     }

@@ -17,6 +17,7 @@ use naga_oil::compose::{
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// One WGSL file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,28 +65,61 @@ impl Source {
             excerpt: None,
         }
     }
+}
 
-    /// Where the module is imported, or else where its full path first appears.
-    fn place_of_import(&self, module: &str) -> (u32, u32) {
-        let imports = scan::imports(&self.text);
-        let import = imports.iter().find(|import| import.is_of(module));
-        import.map_or_else(
-            || scan::place_of(&self.text, module),
-            |import| (import.line, import.column),
-        )
+/// What a look at a text finds. A module is imported by many, so that it is looked at once.
+#[derive(Clone, Debug)]
+pub(super) struct Facts {
+    /// [`Source::imports`]: the modules of which something is used.
+    used: Vec<String>,
+    /// Every import, used or not.
+    imports: Vec<scan::Import>,
+    /// Names that it declares.
+    names: BTreeSet<String>,
+    /// Its bindings.
+    pub bindings: Vec<FoundBinding>,
+}
+
+/// A binding as written, with its place.
+#[derive(Clone, Debug)]
+pub(super) struct FoundBinding {
+    pub group: String,
+    pub binding: String,
+    pub name: String,
+    pub place: (u32, u32),
+}
+
+impl Facts {
+    fn of(source: &Source) -> Self {
+        let found = scan::declarations(&source.text).into_iter();
+        let bindings = found.filter_map(|of| match of.kind {
+            DeclarationKind::Binding { group, binding, name } => Some(FoundBinding {
+                group: group.to_owned(),
+                binding: binding.to_owned(),
+                name: name.to_owned(),
+                place: (of.line, of.column),
+            }),
+            _ => None,
+        });
+        Self {
+            used: source.imports(),
+            imports: scan::imports(&source.text),
+            names: scan::declared_names(&source.text).into_iter().map(str::to_owned).collect(),
+            bindings: bindings.collect(),
+        }
     }
 
     /// The modules in use, and the imports of which nothing is used: naga_oil skips those, whether they are right or
     /// wrong.
     fn wanted(&self, library: &Library) -> Vec<String> {
-        let mut wanted = self.imports();
-        for import in scan::imports(&self.text) {
+        let mut wanted = self.used.clone();
+        for import in &self.imports {
             let known = |path: &str| library.modules.contains_key(path);
             if !wanted.iter().any(|module| import.is_of(module))
                 && !known(&import.path)
                 && !import.parent().is_some_and(known)
             {
-                wanted.push(import.path);
+                wanted.push(import.path.clone());
             }
         }
         wanted
@@ -95,7 +129,20 @@ impl Source {
 /// A set of modules by import path, from which kernels are composed.
 #[derive(Clone, Debug, Default)]
 pub struct Library {
-    modules: BTreeMap<String, Source>,
+    modules: BTreeMap<String, Entry>,
+}
+
+/// A module, and what is found in it once it is asked for.
+#[derive(Clone, Debug)]
+struct Entry {
+    source: Source,
+    facts: OnceLock<Facts>,
+}
+
+impl Entry {
+    fn facts(&self) -> &Facts {
+        self.facts.get_or_init(|| Facts::of(&self.source))
+    }
 }
 
 impl Library {
@@ -152,22 +199,23 @@ impl Library {
     /// Adds a module. It replaces the module of the same import path, if there is one: this is how a renderer puts its
     /// own scene behind the scene seam.
     pub fn insert(&mut self, source: Source) {
-        self.modules.insert(source.import_path.clone(), source);
+        let path = source.import_path.clone();
+        self.modules.insert(path, Entry { source, facts: OnceLock::new() });
     }
 
     /// The module of that import path.
     pub fn get(&self, import_path: &str) -> Option<&Source> {
-        self.modules.get(import_path)
+        self.modules.get(import_path).map(|entry| &entry.source)
     }
 
     /// All modules in the order of their import paths.
     pub fn iter(&self) -> impl Iterator<Item = &Source> {
-        self.modules.values()
+        self.modules.values().map(|entry| &entry.source)
     }
 
     /// Removes the modules for which `keep` returns false.
     pub fn retain(&mut self, mut keep: impl FnMut(&Source) -> bool) {
-        self.modules.retain(|_, source| keep(source));
+        self.modules.retain(|_, entry| keep(&entry.source));
     }
 
     /// Everything that `source` imports, directly or not; each module comes before those that import it.
@@ -175,10 +223,22 @@ impl Library {
     /// # Errors
     /// All imports, used or not, that name nothing, name a kernel, or form a cycle, each with the place of the import.
     pub fn dependencies(&self, source: &Source) -> Result<Vec<&Source>, Vec<Problem>> {
+        let found = self.walk(source, &Facts::of(source))?;
+        Ok(found.into_iter().map(|entry| &entry.source).collect())
+    }
+
+    fn walk(&self, source: &Source, facts: &Facts) -> Result<Vec<&Entry>, Vec<Problem>> {
         let mut walk =
             Walk { library: self, done: Vec::new(), path: Vec::new(), problems: Vec::new() };
-        walk.visit(source);
+        walk.visit(source, facts);
         if walk.problems.is_empty() { Ok(walk.done) } else { Err(walk.problems) }
+    }
+
+    /// Looks at all modules, so that copies of the library know what is found in them.
+    pub(super) fn look_at_all(&self) {
+        self.modules.values().for_each(|entry| {
+            entry.facts();
+        });
     }
 
     /// Composes `source` with everything that it imports, validates the result, and checks it against the budget. The
@@ -188,14 +248,28 @@ impl Library {
     /// What is wrong with the imports or the bindings; or else the first parse or validation error; or else all limits
     /// that are exceeded.
     pub fn compose(&self, source: &Source, target: Target) -> Result<Composed, Vec<Problem>> {
-        let dependencies = self.dependencies(source)?;
-        let sides = dependencies.iter().copied().chain([source]);
+        self.compose_in(&mut composer_for(target), source, target)
+    }
+
+    /// [`Library::compose`] in a [`composer_for`] the same capabilities, which may hold modules of this library.
+    pub(super) fn compose_in(
+        &self,
+        composer: &mut Composer,
+        source: &Source,
+        target: Target,
+    ) -> Result<Composed, Vec<Problem>> {
+        let facts = Facts::of(source);
+        let dependencies = self.walk(source, &facts)?;
+        let sides = dependencies.iter().map(|entry| (&entry.source, entry.facts()));
+        let sides = sides.chain([(source, &facts)]);
         let conflicts = layers::check_bindings(sides);
         if !conflicts.is_empty() {
             return Err(conflicts);
         }
-        let mut composer = Composer::default().with_capabilities(target.capabilities);
-        for module in dependencies {
+        for Entry { source: module, .. } in dependencies {
+            if composer.contains_module(&module.import_path) {
+                continue;
+            }
             let added = composer.add_composable_module(ComposableModuleDescriptor {
                 source: &module.text,
                 file_path: &module.file.to_string_lossy(),
@@ -203,7 +277,7 @@ impl Library {
                 ..Default::default()
             });
             if let Err(error) = added {
-                return Err(vec![problem_of(module, &error, &composer)]);
+                return Err(vec![problem_of(module, &error, composer)]);
             }
         }
         let module = composer
@@ -212,7 +286,7 @@ impl Library {
                 file_path: &source.file.to_string_lossy(),
                 ..Default::default()
             })
-            .map_err(|error| vec![problem_of(source, &error, &composer)])?;
+            .map_err(|error| vec![problem_of(source, &error, composer)])?;
         let info = Validator::new(ValidationFlags::all(), target.capabilities)
             .validate(&module)
             .map_err(|error| {
@@ -227,6 +301,11 @@ impl Library {
         let interface = Interface::of(&module, &info);
         Ok(Composed { module, info, resources, interface })
     }
+}
+
+/// A composer without modules.
+pub(super) fn composer_for(target: Target) -> Composer {
+    Composer::default().with_capabilities(target.capabilities)
 }
 
 /// What a module is composed for.
@@ -311,53 +390,56 @@ fn is_identifier(name: &str) -> bool {
 
 struct Walk<'a> {
     library: &'a Library,
-    done: Vec<&'a Source>,
+    done: Vec<&'a Entry>,
     path: Vec<String>,
     problems: Vec<Problem>,
 }
 
 impl<'a> Walk<'a> {
-    fn visit(&mut self, source: &Source) {
+    fn visit(&mut self, source: &Source, facts: &Facts) {
+        let modules = &self.library.modules;
         self.path.push(source.import_path.clone());
-        for import in scan::imports(&source.text) {
-            let Some(module) = import.parent().and_then(|path| self.library.get(path)) else {
+        for import in &facts.imports {
+            let Some(module) = import.parent().and_then(|path| modules.get(path)) else {
                 continue;
             };
             let item = import.path.rsplit("::").next().unwrap_or_default();
-            if self.library.get(&import.path).is_none()
-                && !scan::declared_names(&module.text).contains(&item)
-            {
+            if self.library.get(&import.path).is_none() && !module.facts().names.contains(item) {
                 self.problems.push(source.problem(
                     Rule::ImportMissing,
                     (import.line, import.column),
-                    format!("`{}` has no `{item}`", module.import_path),
+                    format!("`{}` has no `{item}`", module.source.import_path),
                 ));
             }
         }
-        for import in source.wanted(self.library) {
-            let place = source.place_of_import(&import);
+        for import in facts.wanted(self.library) {
+            // Where the module is imported, or else where its full path first appears.
+            let place = || match facts.imports.iter().find(|of| of.is_of(&import)) {
+                Some(found) => (found.line, found.column),
+                None => scan::place_of(&source.text, &import),
+            };
             if import.starts_with(&format!("{ROOT}::{KERNELS}::")) {
                 self.problems.push(source.problem(
                     Rule::KernelImported,
-                    place,
+                    place(),
                     format!("imports the kernel `{import}`; move what is shared into a module"),
                 ));
             } else if let Some(start) = self.path.iter().position(|open| *open == import) {
                 let circle = [&self.path[start..], std::slice::from_ref(&import)].concat();
                 self.problems.push(source.problem(
                     Rule::ImportCycle,
-                    place,
+                    place(),
                     format!("imports form a cycle: {}", circle.join(" -> ")),
                 ));
-            } else if let Some(module) = self.library.get(&import) {
-                if !self.done.iter().any(|done| done.import_path == import) {
-                    self.visit(module);
+            } else if let Some(module) = modules.get(&import) {
+                if !self.done.iter().any(|done| done.source.import_path == import) {
+                    self.visit(&module.source, module.facts());
                     self.done.push(module);
                 }
             } else {
                 self.problems.push(source.problem(
                     Rule::ImportMissing,
-                    place,
+                    place(),
                     format!("imports `{import}`, but there is no such module"),
                 ));
             }
