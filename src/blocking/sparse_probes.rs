@@ -8,7 +8,7 @@ use crate::components::lightmap::{
 use crate::components::probe_net::InspectPass;
 use crate::components::sparse_probes::{
     BakedCluster, LightmapField, LookPass, Receiver, SparseBake, SparsePlan, SparseSettings,
-    SparseSurfaces, Support, TransportPasses, clustered, hash_of_places, least_near,
+    SparseSurfaces, Support, TransportPasses, clustered, hash_of_places, least_seeing,
     most_of_cluster, places_of, radius_at,
 };
 use crate::components::voxels::{Resolution, grid_for_bounds};
@@ -406,7 +406,7 @@ fn radii_of(
     probes: &[Vec3],
     (radius, support): (f32, Support),
 ) -> Result<Vec<f32>, SparseBakeError> {
-    let least = least_near(support);
+    let least = least_seeing(support);
     let mut seen: Vec<Vec<f32>> = vec![Vec::new(); receivers.len()];
     let mut still: Vec<usize> = (0..receivers.len()).collect();
     for first in (0..ASKED).step_by(ASKED_AT_ONCE) {

@@ -333,7 +333,7 @@ fn probes_see_their_side_of_walls() {
     }
 }
 
-/// Each receiver has four probes at least that see it: those inside of a table are near to it, but do not help. (From above a table's top, all of the room
+/// Each receiver has two probes at least that see it: those inside of a table are near to it, but do not help. (From above a table's top, all of the room
 /// above it is seen.)
 #[test]
 fn enough_probes_see_each_receiver() {
@@ -358,7 +358,7 @@ fn enough_probes_see_each_receiver() {
             }
             let near = plan.near(at, *radius);
             let n_seeing = near.iter().filter(|(ix, _)| above(ix)).count();
-            assert!(n_seeing >= 4, "{n_seeing} of {} probes see the top at {at}", near.len());
+            assert!(n_seeing >= 2, "{n_seeing} of {} probes see the top at {at}", near.len());
             n += 1;
         }
         assert!(n > 100, "{n} receivers on the table");

@@ -45,7 +45,7 @@ pub use plan::{Receiver, SparsePlan, SparseSurfaces, hash_of_places};
 pub use settings::{EVEN_NEAR, Factorisation, LEAST_NEAR, Numbers, Sight, SparseSettings, Support};
 pub use transport::{LightmapField, Transport};
 
-pub(crate) use plan::{clustered, least_near, radius_at};
+pub(crate) use plan::{clustered, least_seeing, radius_at};
 pub(crate) use transport::{LookPass, TransportPasses, most_of_cluster, places_of};
 
 /// How a bake is used; can be chosen anew for each run.

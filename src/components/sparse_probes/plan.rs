@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a bake of sparse probes decides before it computes transport: receivers, probes, clusters.
 
-use super::settings::{EVEN_NEAR, LEAST_NEAR, SparseSettings, Support};
+use super::settings::{EVEN_NEAR, LEAST_NEAR, LEAST_SEEING, SparseSettings, Support};
 use crate::bindings::kernels::sparse_probes::transport::MAX_NEAR;
 use crate::bindings::lucerna::components::sparse_probes::seen::SEEN_UNKNOWN;
 use crate::components::lightmap::{LightmapUvs, NO_CHART, Receivers, SurfacePoint};
@@ -207,9 +207,9 @@ pub(super) fn support_weight(distance: f32, radius: f32) -> f32 {
 }
 
 /// How many probes that see a receiver count for it at least, if there are so many.
-pub(crate) fn least_near(support: Support) -> usize {
+pub(crate) fn least_seeing(support: Support) -> usize {
     match support {
-        Support::Fixed => LEAST_NEAR,
+        Support::Fixed => LEAST_SEEING,
         Support::Even => EVEN_NEAR,
     }
 }
@@ -223,10 +223,10 @@ pub(crate) fn radius_at(
     radius: f32,
     support: Support,
 ) -> f32 {
-    let n = least_near(support);
-    let last = seen.get(n - 1).copied().unwrap_or_else(|| {
+    let last = seen.get(least_seeing(support) - 1).copied().unwrap_or_else(|| {
         let mut distances: Vec<f32> = probes.iter().map(|probe| probe.distance(position)).collect();
         distances.sort_by(f32::total_cmp);
+        let n = least_seeing(support).max(LEAST_NEAR);
         let nearest = distances.get(n - 1).or(distances.last()).copied().unwrap_or(0.0);
         seen.last().map_or(nearest, |of| of.max(nearest))
     });

@@ -4,7 +4,7 @@
 /// How the radius is found within which probes count for a receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Support {
-    /// The same radius for all; a receiver with fewer than [`LEAST_NEAR`] probes within it has a larger one.
+    /// The same radius for all; a receiver that fewer than [`LEAST_SEEING`] probes within it see has a larger one.
     #[default]
     Fixed,
     /// For each receiver, so that about as many probes count for each.
@@ -52,9 +52,12 @@ impl Numbers {
     }
 }
 
-/// The fewest probes that count for a receiver, if there are as many: its radius is larger, if need be.
+/// The fewest probes that see a receiver and count for it, if there are as many: its radius is larger, if need be. (One leaves dark arcs, where it does not
+/// see what is bright; with four, light is spread farther: in the Cornell box an error of L* of 1.01 instead of 0.85.)
+pub const LEAST_SEEING: usize = 2;
+/// The fewest that count for a receiver that too few probes see.
 pub const LEAST_NEAR: usize = 4;
-/// Probes that count for a receiver with [`Support::Even`].
+/// Probes that see a receiver and count for it with [`Support::Even`].
 pub const EVEN_NEAR: usize = 12;
 
 /// Words of settings in a file.
