@@ -57,7 +57,7 @@ fn little_light_leaks_through_walls_at_any_angle() {
 fn thin_tables_are_lit_at_every_height() {
     let settings = settings!(VoxelRtSettings { points_per_face: 6, ..with_cells(32) });
     let make = |world: &GpuScene, camera: &Camera, _: &Scene| Session::new(world, camera, settings);
-    let ratios = lights_on_tables(&make, 32, 16);
+    let ratios = lights_on_tables(&make, 32, 8);
     assert_each("light on tables by the path tracer's", &ratios, "1 within 0.03", |ratio| {
         (ratio - 1.0).abs() < 0.03
     });
