@@ -14,6 +14,7 @@ mod session;
 #[allow(dead_code)]
 #[path = "../reference/support.rs"]
 mod support;
+mod texels;
 #[allow(dead_code)]
 #[path = "../voxel_rt/walls.rs"]
 mod walls;
