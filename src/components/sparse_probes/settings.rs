@@ -4,7 +4,7 @@
 /// How the radius is found within which probes count for a receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Support {
-    /// The same radius for all; a receiver that fewer than [`LEAST_SEEING`] probes within it see has a larger one.
+    /// The same radius for all; a receiver that fewer than two probes within it see has a larger one.
     #[default]
     Fixed,
     /// For each receiver, so that about as many probes count for each.
