@@ -42,7 +42,9 @@ use transport::{ADVICE, ProbeField, inverse, is_order_of, seam_receivers, upload
 
 pub use bake::{BLOCK, BakedCluster, SparseBake, SparseError, is_in_shard};
 pub use plan::{Receiver, SparsePlan, SparseSurfaces, hash_of_places};
-pub use settings::{EVEN_NEAR, Factorisation, LEAST_NEAR, Numbers, Sight, SparseSettings, Support};
+pub use settings::{
+    EVEN_NEAR, Factorisation, LEAST_NEAR, LEAST_SEEING, Numbers, Sight, SparseSettings, Support,
+};
 pub use transport::{LightmapField, Transport};
 
 pub(crate) use plan::{clustered, least_seeing, radius_at};

@@ -58,7 +58,7 @@ pub const LEAST_SEEING: usize = 2;
 /// The fewest that count for a receiver that too few probes see.
 pub const LEAST_NEAR: usize = 4;
 /// Probes that see a receiver and count for it with [`Support::Even`].
-pub const EVEN_NEAR: usize = 12;
+pub const EVEN_NEAR: usize = 6;
 
 /// Words of settings in a file.
 pub(super) const N_WORDS: usize = 15;
