@@ -218,7 +218,7 @@ impl LookPass {
 /// Words of one dispatch of `sparse_probes/sight`: each is up to 32 rays.
 const SIGHT_STEP: u32 = 1 << 15;
 /// How much receivers beside another cluster count in the decomposition: where errors show as an edge, they are no larger than elsewhere.
-const BORDER_WEIGHT: f32 = 2.0;
+const BORDER_WEIGHT: f32 = 2.5;
 /// How much those count at least of whose samples less than half are seen by a probe: they are told by few samples, and most are inside of something.
 const LEAST_WEIGHT: f32 = 0.05;
 /// Rounds of 64 samples in one dispatch, and iterations of an invocation's loops, at most.
@@ -541,6 +541,7 @@ impl Batch {
             }
         }
         out.fill_blind(plan);
+        out.drop_unseen(plan.settings.n_coefficients() as usize);
         Ok(out)
     }
 }
@@ -575,6 +576,29 @@ impl Transport {
     pub fn n_columns(&self) -> usize {
         let n_rows = self.n_receivers as usize * self.n_outputs as usize;
         self.numbers.len().checked_div(n_rows).unwrap_or(0)
+    }
+
+    /// Leaves out the probes of which no receiver sees what they see: they are near, but behind a wall.
+    fn drop_unseen(&mut self, n_coefficients: usize) {
+        let n_columns = self.n_columns().max(1);
+        let mut is_seen = vec![false; self.probes.len()];
+        for row in self.numbers.chunks_exact(n_columns) {
+            for (is_seen, own) in is_seen.iter_mut().zip(row.chunks_exact(n_coefficients)) {
+                *is_seen |= own.iter().any(|number| *number != 0.0);
+            }
+        }
+        let kept: Vec<usize> = (0..is_seen.len()).filter(|ix| is_seen[*ix]).collect();
+        if kept.len() == self.probes.len() {
+            return;
+        }
+        let of_row = |row: &[f32]| -> Vec<f32> {
+            kept.iter()
+                .flat_map(|ix| &row[ix * n_coefficients..][..n_coefficients])
+                .copied()
+                .collect()
+        };
+        self.numbers = self.numbers.chunks_exact(n_columns).flat_map(of_row).collect();
+        self.probes = kept.iter().map(|ix| self.probes[*ix]).collect();
     }
 
     /// Receivers that see nothing that a probe sees get the mean of those beside them in the lightmap.
@@ -766,4 +790,34 @@ fn bytes_of_row(row: &[f32]) -> Vec<u32> {
     let words =
         row.chunks(4).map(|of| four_bytes(&of.iter().map(|x| x * share).collect::<Vec<_>>()));
     std::iter::once(largest.to_bits()).chain(words).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of three probes with four coefficients, that in the middle is seen by no receiver; then none is.
+    #[test]
+    fn probes_that_no_receiver_sees_are_left_out() {
+        let row = |x: f32| [x, 0.0, -x, x, 0.0, 0.0, -0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * x];
+        let mut of = Transport {
+            cluster: 0,
+            probes: vec![7, 9, 11],
+            n_receivers: 2,
+            n_outputs: 1,
+            weights: vec![1.0; 2],
+            numbers: [row(1.0), row(3.0)].concat(),
+            n_samples: 0,
+            n_valid: 0,
+            n_hidden: 0,
+            blind: Vec::new(),
+        };
+        of.drop_unseen(4);
+        assert_eq!(of.probes, [7, 11]);
+        let kept = |x: f32| [x, 0.0, -x, x, 0.0, 0.0, 0.0, 2.0 * x];
+        assert_eq!(of.numbers, [kept(1.0), kept(3.0)].concat());
+        of.numbers.fill(0.0);
+        of.drop_unseen(4);
+        assert_eq!((of.probes.len(), of.numbers.len(), of.n_columns()), (0, 0, 0));
+    }
 }
