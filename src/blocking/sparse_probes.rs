@@ -97,10 +97,11 @@ const SHARE_OF_SKY: f32 = 0.1;
 const RAYS_AT_ONCE: usize = 1 << 20;
 /// Receivers whose surroundings are looked at at once.
 const RECEIVERS_AT_ONCE: usize = 1 << 16;
-/// Radii that are tried, in units of the edge of a square of as much surface as there is for each probe, and the share of samples that may be without a
-/// probe, beyond those that no candidate sees.
-const RADII: [f32; 6] = [0.3, 0.42, 0.6, 0.85, 1.2, 1.7];
+/// Radii that are tried, in units of the edge of a square of as much surface as there is for each probe; the share of samples that may be without a
+/// probe, beyond those that no candidate sees; and how many see one in the mean, at least: with two, their edges show as arcs.
+const RADII: [f32; 7] = [0.3, 0.42, 0.6, 0.72, 0.85, 1.2, 1.7];
 const UNSEEN: f64 = 0.03;
+const LEAST_MEAN: f64 = 2.5;
 
 /// Everything that a bake decides before it computes transport: texture coordinates, receivers, probes, clusters. `placed`: where the probes are
 /// \[m\]; None: they are placed by themselves. Remarks are added to `notes`.
@@ -554,11 +555,18 @@ fn chosen(
     for &radius in radii {
         let (kept, is_seen) = greedy(&sees, &shares, radius, most);
         let unseen = lacking(&|ix| is_seen[ix]);
-        if unseen < least {
+        let n_seeing: f64 = kept
+            .iter()
+            .flat_map(|ix| &sees[*ix])
+            .filter(|(_, distance)| *distance < radius)
+            .map(|(sample, _)| f64::from(shares[*sample as usize]))
+            .sum();
+        let is_enough = unseen <= limit && n_seeing >= LEAST_MEAN * lacking(&|_| false);
+        if unseen < least || is_enough {
             least = unseen;
             best = Some((kept, is_seen, radius));
         }
-        if unseen <= limit {
+        if is_enough {
             break;
         }
     }
