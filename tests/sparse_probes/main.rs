@@ -119,9 +119,11 @@ fn the_furnace_is_white() {
         let worst = picture.iter().map(|p| apart(p.as_dvec3())).fold(0.0, f64::max_nan);
         assert_eq!(bake.plan.n_unknown(), 0, "directions in which probes see no receiver");
         println!("albedo {albedo}, {settings:?}: mean off by {}, a pixel by {worst}", apart(mean));
+        // (Bytes round by 1/254 of a vector's largest number.)
+        let limit = if settings.numbers == Numbers::Bytes { 0.015 } else { 0.01 };
         assert!(
-            apart(mean) < 0.01 && worst < 0.03,
-            "albedo {albedo}, {settings:?}: mean {mean}, expected {expected} within 1 %; a pixel is off by {worst}, expected below 0.03"
+            apart(mean) < limit && worst < 0.03,
+            "albedo {albedo}, {settings:?}: mean {mean}, expected {expected} within {limit}; a pixel is off by {worst}, expected below 0.03"
         );
     }
 }
