@@ -35,7 +35,7 @@ pub const BAKED: [&str; 14] = [
 ];
 
 const SUPPORT: &[SettingChoice] = &[
-    SettingChoice::new("fixed", "the same radius for all, but at least four probes"),
+    SettingChoice::new("fixed", "the same radius for all, but at least two probes that see it"),
     SettingChoice::new("even", "for each receiver the distance of its twelfth probe"),
 ];
 
