@@ -36,7 +36,7 @@ pub const BAKED: [&str; 14] = [
 
 const SUPPORT: &[SettingChoice] = &[
     SettingChoice::new("fixed", "the same radius for all, but at least two probes that see it"),
-    SettingChoice::new("even", "for each receiver the distance of its twelfth probe"),
+    SettingChoice::new("even", "for each receiver the distance of the sixth probe that sees it"),
 ];
 
 const SIGHT: &[SettingChoice] = &[
