@@ -35,6 +35,25 @@ fn support_falls_off_smoothly() {
     assert_near("support", &inputs, &found, Tolerance::absolute(1e-6), |x| expected(*x));
 }
 
+/// 1/(t² + 0.01): 100 where the probe is, 1/1.01 at the radius. Tolerance: some roundings.
+#[test]
+fn near_points_are_resolved_better() {
+    let mut random = Random(5);
+    let mut inputs = vec![[0.0f32, 2.0], [2.0, 2.0], [1e4, 1.0]];
+    inputs.extend((0..500).map(|_| [4.0 * random.unit(), 0.1 + 3.0 * random.unit()]));
+    let found: Vec<f32> = map(
+        "#import lucerna::components::sparse_probes::support::resolution_weight
+         alias Input = vec2<f32>;
+         alias Output = f32;
+         fn map(x: Input) -> Output { return resolution_weight(x.x, x.y); }",
+        &inputs,
+    );
+    let expected = |[distance, radius]: [f32; 2]| {
+        1.0 / ((f64::from(distance) / f64::from(radius)).powi(2) + 0.01)
+    };
+    assert_near("resolution", &inputs, &found, Tolerance::relative(1e-5), |x| expected(*x));
+}
+
 /// Bands up to one are those of all bands, and the others are 0.
 #[test]
 fn few_bands_are_those_of_all() {
@@ -642,14 +661,20 @@ fn empty_texels_get_the_mean_of_their_neighbours() {
     }
 }
 
-/// Words of a receiver whose point is the middle of a triangle, as `lit` has them.
-fn lit(triangle: u32, side: u32) -> [u32; 8] {
-    let third = 65535 / 3;
-    [0, 0, 0, triangle | side << 31, 0, 0, 0, third | third << 16]
+/// Words of a receiver on a triangle, as `lit` has them; weights of its points' second and third corners, in 1/8.
+fn lit(triangle: u32, side: u32, points: [[u32; 2]; 4]) -> [u32; 16] {
+    let points = points.map(|of| {
+        let [b, c] = of.map(|eighths| eighths * 65535 / 8);
+        [triangle, b | c << 16]
+    });
+    let mut out = [0; 16];
+    out[3] = side;
+    out[8..].copy_from_slice(points.as_flattened());
+    out
 }
 
-/// A point light over a floor: I·cosθ/d², nothing on its other side. Then the sky: the mean over frames of E = πL. Light is reflected with the albedo, and
-/// so is the indirect light of the frame before, if asked for.
+/// A point light over a floor: albedo·I·cosθ/d², nothing on its other side; at the first point in the first frame, as a mean of all four after four, and after
+/// eight. Then the sky: the mean over frames of E = πL. The indirect light of the frame before is reflected as well, if asked for.
 #[test]
 fn receivers_are_lit_and_reflect() {
     let (mut scene, _) = open_floor(0.0, Vec3::ZERO);
@@ -658,8 +683,9 @@ fn receivers_are_lit_and_reflect() {
     scene.lights.push(Light::Point { position: lamp, intensity, range: None });
     let with_lamp = upload(&scene);
     let (_, with_sky) = open_floor(0.0, Vec3::new(0.5, 0.25, 2.0));
-    let receivers = [lit(0, 0), lit(1, 0), lit(0, 1)];
-    let run = |scene: &GpuScene, n_frames: u32| -> Vec<[f32; 8]> {
+    let points = [[2, 3], [5, 2], [1, 6], [0, 0]];
+    let receivers = [lit(0, 0, points), lit(1, 0, points), lit(0, 1, points)];
+    let run = |scene: &GpuScene, n_frames: u32| -> Vec<[f32; 16]> {
         let kernel =
             ComputeKernel::new(gpu(), scene.shaders(), Some(scene.group()), "sparse_probes/light");
         let buffer = bytes(&receivers);
@@ -676,30 +702,33 @@ fn receivers_are_lit_and_reflect() {
         }
         bytemuck::pod_collect_to_vec(&read(&buffer))
     };
-    let found = run(&with_lamp, 1);
-    for ix in 0..3 {
-        let corners = with_lamp_corners(&with_lamp, &scene, receivers[ix][3] & 0x7fff_ffff);
-        let at = corners.iter().sum::<DVec3>() / 3.0;
-        let to_lamp = lamp.as_dvec3() - at;
-        let cosine = to_lamp.normalize().y;
-        let expected = if ix == 2 {
-            DVec3::ZERO
-        } else {
-            intensity.as_dvec3() * cosine / to_lamp.length_squared()
-        };
-        let light = Vec3::from_slice(&found[ix]).as_dvec3();
-        // (The point is rounded to 1/65535 of a triangle of 800 m: 1 cm of distances of 100 m and more.)
-        assert!(
-            (light - expected).abs().max_element() <= 1e-3 * expected.max_element() + 1e-12,
-            "receiver {ix}: {light}, expected {expected}"
-        );
-        assert!((found[ix][4] - 0.5).abs() < 1e-6, "albedo {}", found[ix][4]);
+    for n_frames in [1, 4, 8] {
+        let found = run(&with_lamp, n_frames);
+        for ix in 0..3 {
+            let [a, b, c] = with_lamp_corners(&with_lamp, &scene, receivers[ix][8]);
+            let at_point = |of: &[u32; 2]| {
+                let [u, v] = of.map(|eighths| f64::from(eighths) / 8.0);
+                let to_lamp = lamp.as_dvec3() - (a + u * (b - a) + v * (c - a));
+                let cosine = to_lamp.normalize().y;
+                0.5 * intensity.as_dvec3() * cosine / to_lamp.length_squared()
+            };
+            let lit = &points[..if n_frames == 1 { 1 } else { 4 }];
+            let mean = lit.iter().map(at_point).sum::<DVec3>() / lit.len() as f64;
+            let expected = if ix == 2 { DVec3::ZERO } else { mean };
+            let light = Vec3::from_slice(&found[ix]).as_dvec3();
+            // (Points are rounded to 1/65535 of a triangle of 800 m: 1 cm of distances of 100 m and more.)
+            assert!(
+                (light - expected).abs().max_element() <= 1e-3 * expected.max_element() + 1e-12,
+                "receiver {ix}, {n_frames} frames: {light}, expected {expected}"
+            );
+            assert!((found[ix][4] - 0.5).abs() < 1e-6, "albedo {}", found[ix][4]);
+        }
     }
     // 64 frames of four samples each by the sky's density: a uniform sky is sampled with a density 1/4π, and the cosine's relative deviation is 0.6 there;
     // five standard deviations of 256 are 0.3 or so; half of the samples are below the floor.
     let found = run(&with_sky, 256);
     for (ix, of) in found[..2].iter().enumerate() {
-        let expected = PI * DVec3::new(0.5, 0.25, 2.0);
+        let expected = 0.5 * PI * DVec3::new(0.5, 0.25, 2.0);
         let light = Vec3::from_slice(of).as_dvec3();
         // (σ of 1024 samples: E·√(4π·2π/3/π² − 1)/√1024 = 0.04 E.)
         assert!(
@@ -724,8 +753,8 @@ fn receivers_are_lit_and_reflect() {
     for bounces in 0..2 {
         for (ix, reflected) in of(bounces).iter().enumerate() {
             let indirect = DVec3::new(1.0, 2.0, 3.0) * f64::from(bounces);
-            let expected =
-                (Vec3::from_slice(&found[ix]).as_dvec3() + indirect) * f64::from(found[ix][4]) / PI;
+            let lights = Vec3::from_slice(&found[ix]).as_dvec3();
+            let expected = (lights + indirect * f64::from(found[ix][4])) / PI;
             let apart = (Vec3::from_slice(reflected).as_dvec3() - expected).abs().max_element();
             assert!(
                 apart < 1e-6 * expected.max_element() + 1e-9,
@@ -867,7 +896,7 @@ fn probes_see_what_nothing_hides() {
 }
 
 /// Transport in a closed box, against a quadrature in f64 that meets the box's planes itself: α_ij = ∫ w_i Y_j(φ_i)/Σ w cosθ dω, seen in the corrected
-/// direction φ_i from each probe; with all of order 7, and few bands; and α_ijk, with Y_k instead of the cosine. Then what must hold exactly: a receiver whose samples are all seen gets E = πL of
+/// direction φ_i from each probe, where nearer probes count more; with all of order 7, and few bands; and α_ijk, with Y_k instead of the cosine. Then what must hold exactly: a receiver whose samples are all seen gets E = πL of
 /// constant radiance. Tolerance: five standard deviations of the samples, as if they were independent (they are better).
 #[test]
 fn transport_equals_a_quadrature() {
@@ -890,14 +919,18 @@ fn transport_equals_a_quadrature() {
     let field = crate::harness::uniform(bytemuck::cast_slice(&[1u32, 1, n_triangles, 0]));
     let no_places = bytes(&vec![0u32; 6 * n_triangles as usize + 2]);
     const SAMPLES: u32 = 4096;
+    const RADIUS: f32 = 1.5;
     for (order, radiance) in [(0u32, None), (2, None), (7, None), (2, Some(1u32)), (4, Some(4))] {
         let n = (order + 1) * (order + 1);
         let n_radiance = radiance.map_or(0, |of| (of + 1) * (of + 1));
         let n_columns = 3 * n;
         let stride = n_columns * (1 + n_radiance) + 3 + n_radiance;
         let third = 65535 / 3;
-        let mut job: Vec<[u32; 4]> =
-            vec![[0, 1, side, 5], [0, 3, 0, 0], [triangle, third | third << 16, 0, 0]];
+        let mut job: Vec<[u32; 4]> = vec![
+            [0, 1, side, 5],
+            [0, 3, RADIUS.to_bits(), 0],
+            [triangle, third | third << 16, 0, 0],
+        ];
         for (ix, (at, weight)) in (0u32..).zip(&probes) {
             let [x, y, z] = at.to_array().map(f32::to_bits);
             job.extend([[x, y, z, weight.to_bits()], [ix, ix * n, 0, 0]]);
@@ -933,7 +966,6 @@ fn transport_equals_a_quadrature() {
             let mean = f64::from(sums[tail + 3 + k]) / f64::from(SAMPLES);
             assert!((mean - y).abs() < 1e-5, "function {k} at the normal: {mean}, expected {y}");
         }
-        let whole: f64 = probes.iter().map(|(_, w)| f64::from(*w)).sum();
         // Mean and mean square of the integrand over the samples' directions: cosine-distributed; with radiance, half of them uniform.
         let mut expected = vec![[0.0f64; 2]; tail];
         const SIDE: usize = 160;
@@ -952,11 +984,15 @@ fn transport_equals_a_quadrature() {
             let hit = from + out_of_box(size, from, d) * d;
             let mut factors = vec![height * share];
             factors.extend(all_y(n_radiance as usize, d).iter().map(|y| y * share));
-            for (ix, (at, weight)) in probes.iter().enumerate() {
+            let counts = probes.map(|(at, weight)| {
+                let t = hit.distance(at.as_dvec3()) / f64::from(RADIUS);
+                f64::from(weight) / (t * t + 0.01)
+            });
+            for (ix, (at, _)) in probes.iter().enumerate() {
                 let y = all_y(n as usize, (hit - at.as_dvec3()).normalize());
                 for (j, y) in y.into_iter().enumerate() {
                     for (output, factor) in factors.iter().enumerate() {
-                        let value = f64::from(*weight) / whole * y * factor;
+                        let value = counts[ix] / counts.iter().sum::<f64>() * y * factor;
                         let at = output * n_columns as usize + ix * n as usize + j;
                         let [mean, square] = &mut expected[at];
                         *mean += value / (kinds * SIDE * SIDE) as f64;
@@ -1009,7 +1045,7 @@ fn unseen_sky_is_dark() {
     let [x, y, z] = [2.0f32, 1.0, 1.5].map(f32::to_bits);
     let job: Vec<[u32; 4]> = vec![
         [0, 1, side, 5],
-        [0, 1, 0, 0],
+        [0, 1, 1.0f32.to_bits(), 0],
         [triangle, third | third << 16, 0, 0],
         [x, y, z, 1.0f32.to_bits()],
         [0; 4],

@@ -368,6 +368,41 @@ fn enough_probes_see_each_receiver() {
     }
 }
 
+/// A receiver is lit at four points, one in each quarter of its texel; where it has less of the texel, at points that are its own.
+#[test]
+fn receivers_are_lit_all_over() {
+    let house = House::draw(77, 0.2);
+    let world = upload(&house.scene);
+    let settings = settings!(SparseSettings { n_probes: 8, n_texels: 3000, ..small() });
+    let plan = begun(&house.scene, &world, settings, None).plan;
+    let (meshes, _) = meshes_of(&house.scene);
+    let surfaces = SparseSurfaces::new(&meshes, plan.size, &plan.corners);
+    let (mut n_whole, mut n_part) = (0, 0);
+    for (receiver, reach) in plan.receivers.iter().zip(&plan.reach) {
+        let points = surfaces.lit_points(receiver, *reach);
+        let own = (receiver.triangle, receiver.weights);
+        assert_eq!((points[0].triangle, points[0].weights), own, "the first one");
+        let within = surfaces.points_within(receiver, *reach);
+        assert!(points[1..].iter().all(|of| *of == points[0] || within.contains(of)), "own points");
+        if within.len() < 16 {
+            n_part += 1;
+            continue;
+        }
+        n_whole += 1;
+        let quarter = |of: &lucerna::components::lightmap::SurfacePoint| {
+            let corners = plan.corners[of.triangle as usize].map(|at| at.as_dvec2());
+            let weights = of.weights_of_corners();
+            let at = (0..3).map(|k| weights[k] * corners[k]).sum::<glam::DVec2>();
+            let [x, y] = at.fract().to_array().map(|x| usize::from(x >= 0.5));
+            2 * y + x
+        };
+        let mut quarters = points.each_ref().map(quarter);
+        quarters.sort_unstable();
+        assert_eq!(quarters, [0, 1, 2, 3], "quarters of {receiver:?}");
+    }
+    assert!(n_whole > 1000 && n_part > 100, "{n_whole} whole texels, {n_part} others");
+}
+
 /// Of the lit part's light, the dark part of houses with a wall at any angle has nothing: receivers know what they see. The worst at most 1 %.
 #[test]
 fn no_light_leaks_through_walls_at_any_angle() {

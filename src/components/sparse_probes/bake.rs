@@ -6,7 +6,7 @@
 //! | words | what |
 //! |---|---|
 //! | 2 | `LUCSPARS` |
-//! | 1 | the version of the format, 2 |
+//! | 1 | the version of the format, 3 |
 //! | 1 | words of the head |
 //! | 2 | the part of a divided bake, and how many there are: 0 of 1 if it is not divided |
 //! | 6 | the scene's fingerprint: shape, pose, light |
@@ -39,7 +39,7 @@ use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u32; 2] = [u32::from_le_bytes(*b"LUCS"), u32::from_le_bytes(*b"PARS")];
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Words before the lists.
 const FIXED_WORDS: usize = 6 + 6 + N_WORDS + 3 + 1 + 2 + 2 + 4;
 const CHECKSUM_WORDS: usize = 2;

@@ -30,7 +30,7 @@ use crate::bindings::kernels::sparse_probes::project::ProjectInfo;
 use crate::bindings::kernels::sparse_probes::receive::ReceiveInfo;
 use crate::bindings::kernels::sparse_probes::reflect::ReflectInfo;
 use crate::bindings::lucerna::components::sparse_probes::cluster::Cluster;
-use crate::bindings::lucerna::components::sparse_probes::lit_receiver::LitReceiver;
+use crate::bindings::lucerna::components::sparse_probes::lit_receiver::{LIT_POINTS, LitReceiver};
 use crate::components::LightVisibility;
 use crate::gpu::{
     Bindings, ComputeKernel, Dispatch, Gpu, GpuError, Recorder, Resource, Shaders, storage_buffer,
@@ -346,10 +346,10 @@ impl SparseProbes {
     }
 
     fn record_light(&mut self, recorder: &mut Recorder, scene: &dyn SceneSeam) {
-        // Lights without extent are known at once, unless they are too many to ask each.
+        // Lights without extent are known at each point at once, unless they are too many to ask each.
         let facts = scene.facts();
         let is_drawn = facts.n_extended_lights > 0 || facts.punctual_lights.len() > MAX_EXACT;
-        let most = if is_drawn { self.look.n_light_frames.max(1) } else { 1 };
+        let most = if is_drawn { self.look.n_light_frames.max(1) } else { LIT_POINTS };
         if self.n_light >= most {
             return;
         }
@@ -607,13 +607,18 @@ impl Buffers {
     ) -> Result<Self, GpuError> {
         let plan = &bake.plan;
         let receivers = seam_receivers(&plan.receivers, inverse);
-        let lit: Vec<LitReceiver> = receivers
-            .iter()
-            .map(|of| LitReceiver {
-                irradiance: Vec3::ZERO,
-                triangle_and_side: of.triangle | of.side << 31,
-                albedo: Vec3::ZERO,
-                weights: of.weights,
+        let surfaces = SparseSurfaces::new(&[], plan.size, &plan.corners);
+        let lit: Vec<LitReceiver> = (0..plan.receivers.len())
+            .map(|ix| {
+                let points = surfaces.lit_points(&plan.receivers[ix], plan.reach[ix]);
+                let words = points.map(|of| [inverse[of.triangle as usize], of.weights]);
+                LitReceiver {
+                    reflected: Vec3::ZERO,
+                    side: receivers[ix].side,
+                    albedo: Vec3::ZERO,
+                    reserved: 0,
+                    points: bytemuck::cast(words),
+                }
             })
             .collect();
         let mut clusters = Vec::new();

@@ -3,6 +3,7 @@
 
 use super::settings::{EVEN_NEAR, LEAST_NEAR, LEAST_SEEING, SparseSettings, Support};
 use crate::bindings::kernels::sparse_probes::transport::MAX_NEAR;
+use crate::bindings::lucerna::components::sparse_probes::lit_receiver::LIT_POINTS;
 use crate::bindings::lucerna::components::sparse_probes::seen::SEEN_UNKNOWN;
 use crate::components::lightmap::{LightmapUvs, NO_CHART, Receivers, SurfacePoint};
 use crate::scene::SceneFingerprint;
@@ -11,6 +12,10 @@ use glam::{UVec2, Vec2, Vec3};
 use std::ops::Range;
 
 pub use crate::bindings::lucerna::components::sparse_probes::receiver::Receiver;
+
+/// The 4 × 4 places of a texel, in an order in which each quarter, row and column of it has one of the first four; the first is that of the point that stands
+/// for most receivers.
+const SPREAD: [u8; 16] = [5, 3, 8, 14, 10, 12, 7, 1, 0, 6, 13, 11, 15, 9, 2, 4];
 
 /// Everything that a bake of sparse probes decides before it computes transport.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,6 +115,24 @@ impl SparseSurfaces {
             |(_, place): &(&SurfacePoint, &u8)| **place > 15 || reach >> **place & 1 == 1;
         let points = self.points_of(receiver).iter().zip(self.places_of(receiver));
         points.filter(is_within).map(|(point, _)| *point).collect()
+    }
+
+    /// The points of a receiver that are lit, spread over its texel, the one that stands for it first; if there are fewer, they repeat.
+    pub fn lit_points(
+        &self,
+        receiver: &Receiver,
+        reach: u32,
+    ) -> [SurfacePoint; LIT_POINTS as usize] {
+        let own = SurfacePoint { triangle: receiver.triangle, weights: receiver.weights };
+        let places = self.places_of(receiver);
+        let at = |place: &u8| {
+            let is_within = reach >> place & 1 == 1;
+            let ix = places.iter().position(|of| of == place).filter(|_| is_within)?;
+            Some(self.points_of(receiver)[ix])
+        };
+        let mut out = vec![own];
+        out.extend(SPREAD.iter().filter_map(at).filter(|of| *of != own));
+        std::array::from_fn(|k| out[k % out.len().min(LIT_POINTS as usize)])
     }
 
     /// The point that stands for a receiver, so far off the surface \[m\], on the receiver's side.

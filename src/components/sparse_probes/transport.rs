@@ -373,7 +373,8 @@ impl TransportPasses {
             let receiver = &plan.receivers[ix];
             let own = surfaces.points_within(receiver, plan.reach[ix]);
             records.push([points.len() as u32, own.len() as u32, receiver.side, ix as u32]);
-            records.push([nears.len() as u32 / 2, near.len() as u32, 0, 0]);
+            let radius = plan.radii[ix].to_bits();
+            records.push([nears.len() as u32 / 2, near.len() as u32, radius, 0]);
             points.extend(
                 own.iter().map(|of| [self.inverse[of.triangle as usize], of.weights, 0, 0]),
             );

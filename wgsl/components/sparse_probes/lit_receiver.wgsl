@@ -2,19 +2,24 @@
 //! What is known of the light on a receiver.
 #define_import_path lucerna::components::sparse_probes::lit_receiver
 
-/// 32 bytes.
+/// Points of a receiver that are lit, one in each frame.
+const LIT_POINTS: u32 = 4u;
+
+/// 64 bytes.
 struct LitReceiver {
-    /// Mean irradiance from lights [W·m⁻²].
-    irradiance: vec3<f32>,
-    /// The triangle of the point that stands for it; the top bit is set for the back.
-    triangle_and_side: u32,
-    /// Share of uniform light that it reflects.
+    /// Light of lights that it reflects [W·m⁻²]: a mean over points.
+    reflected: vec3<f32>,
+    /// 0 front, 1 back.
+    side: u32,
+    /// Share of uniform light that it reflects: a mean over points.
     albedo: vec3<f32>,
-    /// Weights of the triangle's second and third corner (`pack2x16unorm`).
-    weights: u32,
+    reserved: u32,
+    /// Two points each: triangle, weights of its second and third corner (`pack2x16unorm`). Where a receiver has fewer, they repeat.
+    points: array<vec4<u32>, 2>,
 }
 
-/// The triangle, and the side: 0 front, 1 back.
-fn triangle_and_side_of(receiver: LitReceiver) -> vec2<u32> {
-    return vec2<u32>(receiver.triangle_and_side & 0x7fffffffu, receiver.triangle_and_side >> 31u);
+/// A point of a receiver: triangle, weights. `ix` < LIT_POINTS.
+fn lit_point(receiver: LitReceiver, ix: u32) -> vec2<u32> {
+    let two = receiver.points[ix / 2u];
+    return select(two.xy, two.zw, ix % 2u != 0u);
 }

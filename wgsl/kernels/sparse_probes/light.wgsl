@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The light of lights on receivers: a mean over frames, until something changes.
+//! What receivers reflect of the light of lights: a mean over frames, until something changes. Each frame lights another one of a receiver's points, so that the
+//! mean is that of its texel.
 //!
 //! Dispatch: one invocation for each receiver, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: none.
 
-#import lucerna::components::sparse_probes::lit_receiver::{LitReceiver, triangle_and_side_of}
+#import lucerna::components::sparse_probes::lit_receiver::{LIT_POINTS, LitReceiver, lit_point}
 #import lucerna::integrators::probe_sight::sided_surface
 #import lucerna::integrators::receiver_light::light_on_receiver
 #import lucerna::math::dispatch::group_of_dispatch
@@ -35,14 +36,18 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if ix >= info.n_receivers {
         return;
     }
-    let at = triangle_and_side_of(lit[ix]);
-    let weights = unpack2x16unorm(lit[ix].weights);
-    let surface = sided_surface(at.x, weights, at.y);
-    var arrives = light_on_receiver(surface, vec3<u32>(ix, info.seed, info.frame));
+    let point = lit_point(lit[ix], info.n_before % LIT_POINTS);
+    let weights = unpack2x16unorm(point.y);
+    let surface = sided_surface(point.x, weights, lit[ix].side);
+    let albedo = surface_over(point.x, weights, info.texel).albedo;
+    let reflected = albedo * light_on_receiver(surface, vec3<u32>(ix, info.seed, info.frame));
     // (Light that is not finite never enters what is kept.)
-    arrives = select(vec3<f32>(0.0), arrives, all_finite(arrives));
     let share = 1.0 / f32(info.n_before + 1u);
-    let before = select(lit[ix].irradiance, vec3<f32>(0.0), info.n_before == 0u);
-    lit[ix].irradiance = before + (arrives - before) * share;
-    lit[ix].albedo = surface_over(at.x, weights, info.texel).albedo;
+    lit[ix].reflected = mean_with(lit[ix].reflected, select(vec3<f32>(0.0), reflected, all_finite(reflected)), share);
+    lit[ix].albedo = mean_with(lit[ix].albedo, albedo, share);
+}
+
+/// A mean with another value in it, which is the only one if its share is 1.
+fn mean_with(before: vec3<f32>, value: vec3<f32>, share: f32) -> vec3<f32> {
+    return select(before + (value - before) * share, value, share == 1.0);
 }

@@ -32,5 +32,5 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         return;
     }
     let indirect = select(vec3<f32>(0.0), irradiance[ix].rgb, info.bounces != 0u);
-    radiance[ix] = vec4<f32>(lit[ix].albedo * INV_PI * (lit[ix].irradiance + indirect), 0.0);
+    radiance[ix] = vec4<f32>(INV_PI * (lit[ix].reflected + lit[ix].albedo * indirect), 0.0);
 }

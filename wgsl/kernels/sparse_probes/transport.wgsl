@@ -3,6 +3,8 @@
 //!
 //!     α_ij = ∫ K_ij(x, ω) cosθ dω,  K_ij = w_i V_i Y_j(φ_i) / Σ_k w_k V_k  (0 if the sum is 0)
 //!
+//! where w_i is how much probe i counts for x, times how well it resolves what x sees (`components::sparse_probes::support`). After
+//!
 //! A. Silvennoinen, J. Lehtinen, "Real-time Global Illumination by Precomputed Local Reconstruction from Sparse Radiance Probes", ACM TOG
 //! 36(6), 2017. Directions are cosine-distributed, points are drawn within the receiver's texel; the sums that are kept here become the mean of
 //! the valid samples, times π, when they are divided by the sum of these samples' weights.
@@ -17,6 +19,7 @@
 //! its receiver, and adds in a fixed order: the same input gives the same bytes.
 
 #import lucerna::components::sparse_probes::sky_mask::{SKY_MASK_WORDS, sky_mask_texel}
+#import lucerna::components::sparse_probes::support::resolution_weight
 #import lucerna::fields::lightmap::{NO_RECEIVER, receiver_at}
 #import lucerna::geometry::ray_offset::offset_ray_origin
 #import lucerna::integrators::probe_sight::{probe_sees_sky, probe_sees_surface, sided_surface}
@@ -83,7 +86,7 @@ const MAX_RADIANCE_BAND: u32 = 4u;
 
 @group(1) @binding(0) var<uniform> info: TransportInfo;
 /// The batch, in four words each. For each receiver: its first point, how many it has, its side, its number in the scene; its first near probe,
-/// how many it has, 0, 0. Then points: triangle, weights, 0, 0. Then probes that are near: place [m, f32], weight [f32]; number in the scene,
+/// how many it has, the radius within which they count [m, f32], 0. Then points: triangle, weights, 0, 0. Then probes that are near: place [m, f32], weight [f32]; number in the scene,
 /// where its coefficients begin among the receiver's, 0, 0.
 @group(1) @binding(1) var<storage, read> job: array<vec4<u32>>;
 /// Which probes see each receiver of the scene, and which parts of the sky (`sparse_probes/sight`, `sky_mask`).
@@ -149,8 +152,13 @@ fn keep_functions(direction: vec3<f32>, local: u32) {
     }
 }
 
+/// How much a probe that sees it counts for what a sample has found: `place` if that is a surface. The sky is as sharp for one probe as for another.
+fn weight_of_probe(probe: vec4<f32>, place: vec3<f32>, is_sky: bool, radius: f32) -> f32 {
+    return probe.w * select(resolution_weight(distance(place, probe.xyz), radius), 1.0, is_sky);
+}
+
 /// One sample: where it leads, and which of the near probes see that.
-fn take_sample(record: vec4<u32>, near: vec2<u32>, sample_ix: u32, local: u32) {
+fn take_sample(record: vec4<u32>, near: vec3<u32>, sample_ix: u32, local: u32) {
     let seeds = pcg3d(vec3<u32>(record.w, info.seed, 0x5bd1e995u));
     let choice = min(u32(sobol_owen(sample_ix, seeds.x).x * f32(record.y)), record.y - 1u);
     let point = job[info.first_point + record.x + choice];
@@ -208,7 +216,7 @@ fn take_sample(record: vec4<u32>, near: vec2<u32>, sample_ix: u32, local: u32) {
         }
         if sees {
             bits[k / 32u] |= 1u << (k % 32u);
-            sum += probe.w;
+            sum += weight_of_probe(probe, place, is_sky, bitcast<f32>(near.z));
         }
     }
     if !loops_run(info.zero) {
@@ -233,7 +241,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         return;
     }
     let record = job[2u * ix];
-    let near = job[2u * ix + 1u].xy;
+    let near = job[2u * ix + 1u].xyz;
     let row = ix * info.stride;
     let n_coefficients = (info.last_band + 1u) * (info.last_band + 1u);
     let tail = row + info.stride - TAIL - info.n_radiance;
@@ -257,7 +265,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                     direction = safe_normalize(direction - probe.xyz, vec3<f32>(0.0, 1.0, 0.0));
                 }
                 var y = sh_basis_to(direction, info.last_band);
-                var share = probe.w * targets[s].w;
+                var share = weight_of_probe(probe, targets[s].xyz, found[s] == FOUND_SKY, bitcast<f32>(near.z)) * targets[s].w;
                 if output == 0u {
                     share *= shares[s].x;
                 } else {
