@@ -8,6 +8,8 @@ mod harness;
 mod lightmap;
 mod objects;
 mod seams;
+#[path = "../voxel_rt/settling.rs"]
+mod settling;
 #[allow(dead_code)]
 #[path = "../voxel_rt/session.rs"]
 mod session;
@@ -298,6 +300,33 @@ fn given_probes() {
     let goes_on = |points| bake.goes_on_as(&fingerprint, &small(), [0, 1], points);
     let same = [Some(&points[..]), Some(&points[..2]), None].map(goes_on);
     assert_eq!(same, [true, false, false], "goes on with the same places, others, none");
+}
+
+/// It says how much light is on its way. One bake serves rooms of any albedo: it knows where light goes, not what surfaces reflect.
+mod that_settles {
+    use super::{baked, session, small, upload};
+    use crate::settling::{a_warm_up_ends_when_it_may, lit, what_is_told_arrives};
+    use lucerna::components::sparse_probes::{SparseBake, SparseSettings};
+    use lucerna::settings;
+
+    fn bake() -> SparseBake {
+        let scene = lit(0.5);
+        let settings =
+            settings!(SparseSettings { n_probes: 8, n_texels: 400, n_rays: 256, ..small() });
+        baked(&scene, &upload(&scene), settings)
+    }
+
+    #[test]
+    fn light_to_come() {
+        let bake = bake();
+        what_is_told_arrives(&|world, camera, _| session(world, camera, &bake));
+    }
+
+    #[test]
+    fn warm_up() {
+        let bake = bake();
+        a_warm_up_ends_when_it_may(&|world, camera, _| session(world, camera, &bake));
+    }
 }
 
 /// Whether a place is inside a [`House`] or a [`room_with_table`].

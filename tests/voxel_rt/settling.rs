@@ -14,7 +14,7 @@ use lucerna::techniques::Technique;
 use lucerna::techniques::reference::Channel;
 
 /// A room of this albedo, closed, with a lamp.
-fn lit(albedo: f32) -> Scene {
+pub fn lit(albedo: f32) -> Scene {
     let mut scene = scene(room([2.0, 1.0, 2.0], 0), vec![lambert([albedo; 3])]);
     scene.lights.push(Light::Point {
         position: glam::Vec3::new(0.5, 0.7, 0.6),

@@ -32,6 +32,7 @@ use crate::bindings::kernels::sparse_probes::reflect::ReflectInfo;
 use crate::bindings::lucerna::components::sparse_probes::cluster::Cluster;
 use crate::bindings::lucerna::components::sparse_probes::lit_receiver::{LIT_POINTS, LitReceiver};
 use crate::components::LightVisibility;
+use crate::components::convergence::Convergence;
 use crate::gpu::{
     Bindings, ComputeKernel, Dispatch, Gpu, GpuError, Recorder, Resource, Shaders, storage_buffer,
 };
@@ -127,6 +128,9 @@ pub struct SparseProbes {
     seen: Option<Revisions>,
     is_outdated: bool,
     quality: Quality,
+    convergence: Convergence,
+    /// As [`Convergence::record`] asks for.
+    n_values: [wgpu::Buffer; 1],
 }
 
 #[derive(Debug)]
@@ -212,6 +216,13 @@ impl SparseProbes {
             size: plan.size,
         };
         let inverse = inverse(order, plan.corners.len());
+        let n_values = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("number of receivers"),
+            size: 16,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        gpu.queue.write_buffer(&n_values, 0, bytemuck::bytes_of(&[0, 0, counts.receivers, 0]));
         let own = scene.shaders();
         let group = Some(scene.group());
         let lit = own.with_variant(visibility.variant(own.variant()));
@@ -266,6 +277,8 @@ impl SparseProbes {
             seen: None,
             is_outdated: false,
             quality: Quality::of(bake),
+            convergence: Convergence::new(gpu, [counts.receivers.max(1)])?,
+            n_values: [n_values],
         })
     }
 
@@ -289,6 +302,7 @@ impl SparseProbes {
         }
         if self.seen != Some(now) {
             self.n_light = 0;
+            self.convergence.restart(recorder);
             // (All texels are written in each frame, so that a new scale is that of all of them.)
             let facts = scene.facts();
             let scale = scale_of(facts.drawn_peak.at(PEAK_DISTANCE * facts.diagonal()));
@@ -303,6 +317,7 @@ impl SparseProbes {
         self.record_reflected(recorder);
         self.record_projection(recorder, scene);
         self.record_transport(recorder);
+        self.convergence.record(recorder, &self.buffers.irradiance, &self.n_values);
         self.frame = self.frame.wrapping_add(1);
         Ok(())
     }
@@ -496,6 +511,11 @@ impl SparseProbes {
     /// Coefficients of the radiance that arrives at each probe, four f32 each.
     pub fn lambda(&self) -> &wgpu::Buffer {
         &self.buffers.lambda
+    }
+
+    /// How much of that light is still on its way ([`Convergence::to_come`]).
+    pub fn to_come(&self) -> Stat {
+        self.convergence.to_come()
     }
 
     /// Bytes on the GPU.

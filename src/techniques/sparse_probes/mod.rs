@@ -112,6 +112,10 @@ impl Technique for SparseProbesTechnique {
         self.probes.stats()
     }
 
+    fn light_to_come(&self) -> Option<Stat> {
+        Some(self.probes.to_come())
+    }
+
     fn notices(&self) -> Vec<Notice> {
         self.probes.notices()
     }
