@@ -16,7 +16,7 @@ use crate::gpu::{Gpu, GpuError, Recorder, storage_buffer};
 use crate::rays::{Hit, NONE, Ray, RayKernel, RayQuestion};
 use crate::scene::SceneFingerprint;
 use crate::seam::{SceneSeam, StaticMesh};
-use glam::{Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 use std::collections::BinaryHeap;
 use std::ops::Range;
 use std::sync::mpsc;
@@ -103,6 +103,11 @@ const RADII: [f32; 7] = [0.3, 0.42, 0.6, 0.72, 0.85, 1.2, 1.7];
 const UNSEEN: f64 = 0.03;
 const LEAST_MEAN: f64 = 2.5;
 
+/// Numbers of probes that are tried until they count as far as surfaces see each other in the mean, or nearer, if none is chosen.
+const COUNTS: [usize; 7] = [64, 96, 128, 192, 256, 384, 512];
+/// Candidates whose rays are in memory at once.
+const CANDIDATES_AT_ONCE: usize = 256;
+
 /// Everything that a bake decides before it computes transport: texture coordinates, receivers, probes, clusters. `placed`: where the probes are
 /// \[m\]; None: they are placed by themselves. Remarks are added to `notes`.
 ///
@@ -136,7 +141,7 @@ pub fn plan_sparse_probes(
     go_on(BakeStage::Placing)?;
     let candidates = match placed {
         Some(points) => given(gpu, scene, points, notes)?,
-        None if settings.n_probes == 0 => Vec::new(),
+        None if settings.n_probes == 0 => candidates(gpu, scene, COUNTS[COUNTS.len() / 2])?,
         None => candidates(gpu, scene, settings.n_probes as usize)?,
     };
     let lit_sides = lit_sides(gpu, scene, &uvs, &surfaces, &candidates)?;
@@ -154,17 +159,19 @@ pub fn plan_sparse_probes(
             });
         }
     }
-    let area = receivers.len() as f32 / uvs.texels_per_metre.powi(2);
-    let n = placed.map_or(settings.n_probes, |of| of.len() as u32).max(1);
-    let spacing = (area / n as f32).sqrt();
-    let radii = match settings.radius {
-        0.0 => RADII.map(|of| of * spacing).to_vec(),
-        chosen => vec![chosen],
-    };
     go_on(BakeStage::Placing)?;
-    let most_probes = placed.is_none().then_some(settings.n_probes as usize);
+    let wanted = Wanted {
+        counts: match (placed, settings.n_probes) {
+            (Some(points), _) => vec![points.len().max(1)],
+            (None, 0) => COUNTS.to_vec(),
+            (None, n) => vec![n as usize],
+        },
+        takes_all: placed.is_some(),
+        radius: Some(settings.radius).filter(|radius| *radius > 0.0),
+        area: receivers.len() as f32 / uvs.texels_per_metre.powi(2),
+    };
     let (probes, coverage, radius) =
-        chosen(gpu, scene, &surfaces, &receivers, candidates, &radii, most_probes)?;
+        chosen(gpu, scene, &surfaces, &receivers, candidates, &wanted)?;
     let positions: Vec<Vec3> = receivers.iter().map(|of| surfaces.position(of)).collect();
     let most = most_of_cluster(&settings, probes.len());
     let (order, clusters) = clustered(&positions, most);
@@ -497,63 +504,146 @@ fn samples(
     Ok(rays.iter().zip(&hits).zip(&asked).map(sample).collect())
 }
 
+/// Which probes are wanted.
+struct Wanted {
+    /// How many, at most; of several numbers, the first one that is enough.
+    counts: Vec<usize>,
+    /// All candidates, instead.
+    takes_all: bool,
+    /// Within which they count \[m\]; None: one of [`RADII`].
+    radius: Option<f32>,
+    /// Of the surfaces \[m²\].
+    area: f32,
+}
+
+impl Wanted {
+    /// Radii that are tried with a number of probes, in order.
+    fn radii(&self, count: usize) -> Vec<f32> {
+        let spacing = (self.area / count as f32).sqrt();
+        self.radius.map_or_else(|| RADII.map(|of| of * spacing).to_vec(), |chosen| vec![chosen])
+    }
+
+    fn widest(&self) -> f32 {
+        self.counts.iter().flat_map(|count| self.radii(*count)).fold(0.0, f32::max)
+    }
+}
+
+/// Probes that have been chosen.
+#[derive(Default)]
+struct Chosen {
+    kept: Vec<usize>,
+    /// Which samples one of them sees.
+    is_seen: Vec<bool>,
+    radius: f32,
+    /// Few samples are without a probe, and they have enough of them in the mean.
+    is_enough: bool,
+}
+
 /// The probes among candidates that see most of what receivers see: greedily, those that add most. Each sample counts one if a probe sees it, and up
 /// to one more the nearer that probe is to the receiver. (The sum is submodular, so that the greedy choice is at least 63 % of the best one: G.
-/// Nemhauser, L. Wolsey, M. Fisher, 1978.) `radii`: within which probes count; the first one that leaves few samples without a probe is taken. `most`:
-/// None takes all. Returns also how many samples there are of surfaces, how many of these no probe sees, and the radius.
+/// Nemhauser, L. Wolsey, M. Fisher, 1978.) Returns also how many samples there are of surfaces, how many of these no probe sees, and the radius within
+/// which probes count.
 fn chosen(
     gpu: &Gpu,
     scene: &SparseScene,
     surfaces: &SparseSurfaces,
     receivers: &[Receiver],
     candidates: Vec<Vec3>,
-    radii: &[f32],
-    most: Option<usize>,
+    wanted: &Wanted,
 ) -> Result<(Vec<Vec3>, [u32; 2], f32), SparseBakeError> {
-    let widest = radii.iter().copied().fold(0.0, f32::max);
     if receivers.is_empty() || candidates.is_empty() {
-        return Ok((candidates, [0, 0], widest));
+        return Ok((candidates, [0, 0], wanted.widest()));
     }
     let samples = samples(gpu, scene, surfaces, receivers, &candidates)?;
-    let (mut rays, mut pairs): (Vec<Ray>, Vec<(u32, u32, f32)>) = Default::default();
-    for (ix, candidate) in (0u32..).zip(&candidates) {
-        for (sample_ix, sample) in (0u32..).zip(&samples) {
-            let distance = candidate.distance(sample.from);
-            if distance >= widest {
-                continue;
-            }
-            let ray = match sample.target {
-                Ok((at, normal)) if (*candidate - at).dot(normal) > 0.0 => {
-                    Ray { origin: at, t_min: 0.0, direction: *candidate - at, t_max: 1.0 }
-                }
-                Ok(_) => continue,
-                Err(direction) => {
-                    Ray { origin: *candidate, t_min: 0.0, direction, t_max: f32::MAX }
-                }
-            };
-            rays.push(ray);
-            pairs.push((ix, sample_ix, distance));
-        }
-    }
-    let blocked = any_hits(gpu, scene.seam, &rays)?;
-    let mut sees: Vec<Vec<(u32, f32)>> = vec![Vec::new(); candidates.len()];
-    for ((candidate, sample, distance), blocked) in pairs.into_iter().zip(blocked) {
-        if !blocked {
-            sees[candidate as usize].push((sample, distance));
-        }
-    }
+    let sees = seen_samples(gpu, scene, &samples, &candidates, wanted.widest())?;
     let mut is_possible = vec![false; samples.len()];
     sees.iter().flatten().for_each(|(sample, _)| is_possible[*sample as usize] = true);
     let shares: Vec<f32> = samples.iter().map(|of| of.share).collect();
+    let sight = mean_sight(&samples);
+    let mut best = Chosen::default();
+    for &count in &wanted.counts {
+        let most = (!wanted.takes_all).then_some(count);
+        best = with_radius(&sees, &shares, &is_possible, &wanted.radii(count), most);
+        if best.is_enough && (wanted.radius.is_some() || f64::from(best.radius) <= sight) {
+            break;
+        }
+    }
+    let probes = best.kept.iter().map(|ix| candidates[*ix]).collect();
+    let of_surfaces = || samples.iter().zip(&best.is_seen).filter(|(of, _)| of.target.is_ok());
+    let n_unseen = of_surfaces().filter(|(_, is_seen)| !**is_seen).count();
+    Ok((probes, [of_surfaces().count() as u32, n_unseen as u32], best.radius))
+}
+
+/// How far surfaces see each other, in the mean \[m\]; as far as you like, if they see the sky alone.
+fn mean_sight(samples: &[Sample]) -> f64 {
+    let of = |sample: &Sample| {
+        let (at, _) = sample.target.ok()?;
+        Some(f64::from(sample.share) * DVec2::new(at.distance(sample.from).into(), 1.0))
+    };
+    let sum: DVec2 = samples.iter().filter_map(of).sum();
+    if sum.y > 0.0 { sum.x / sum.y } else { f64::INFINITY }
+}
+
+/// For each candidate the samples that it sees, and the distances of their receivers, below `widest` \[m\].
+fn seen_samples(
+    gpu: &Gpu,
+    scene: &SparseScene,
+    samples: &[Sample],
+    candidates: &[Vec3],
+    widest: f32,
+) -> Result<Vec<Vec<(u32, f32)>>, SparseBakeError> {
+    let mut out: Vec<Vec<(u32, f32)>> = vec![Vec::new(); candidates.len()];
+    for (some, known) in
+        candidates.chunks(CANDIDATES_AT_ONCE).zip(out.chunks_mut(CANDIDATES_AT_ONCE))
+    {
+        let (mut rays, mut pairs): (Vec<Ray>, Vec<(usize, u32, f32)>) = Default::default();
+        for (ix, candidate) in some.iter().enumerate() {
+            for (sample_ix, sample) in (0u32..).zip(samples) {
+                let distance = candidate.distance(sample.from);
+                if distance >= widest {
+                    continue;
+                }
+                let ray = match sample.target {
+                    Ok((at, normal)) if (*candidate - at).dot(normal) > 0.0 => {
+                        Ray { origin: at, t_min: 0.0, direction: *candidate - at, t_max: 1.0 }
+                    }
+                    Ok(_) => continue,
+                    Err(direction) => {
+                        Ray { origin: *candidate, t_min: 0.0, direction, t_max: f32::MAX }
+                    }
+                };
+                rays.push(ray);
+                pairs.push((ix, sample_ix, distance));
+            }
+        }
+        let blocked = any_hits(gpu, scene.seam, &rays)?;
+        for ((candidate, sample, distance), blocked) in pairs.into_iter().zip(blocked) {
+            if !blocked {
+                known[candidate].push((sample, distance));
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// The first radius that is enough for so many probes, or the one with which most samples are seen.
+fn with_radius(
+    sees: &[Vec<(u32, f32)>],
+    shares: &[f32],
+    is_possible: &[bool],
+    radii: &[f32],
+    most: Option<usize>,
+) -> Chosen {
     // What is lacking of samples, all their shares together.
     let lacking = |is_there: &dyn Fn(usize) -> bool| -> f64 {
         (0..shares.len()).filter(|ix| !is_there(*ix)).map(|ix| f64::from(shares[ix])).sum()
     };
-    let limit = lacking(&|ix| is_possible[ix]) + UNSEEN * lacking(&|_| false);
-    let mut best: Option<(Vec<usize>, Vec<bool>, f32)> = None;
+    let all = lacking(&|_| false);
+    let limit = lacking(&|ix| is_possible[ix]) + UNSEEN * all;
+    let mut best = Chosen::default();
     let mut least = f64::INFINITY;
     for &radius in radii {
-        let (kept, is_seen) = greedy(&sees, &shares, radius, most);
+        let (kept, is_seen) = greedy(sees, shares, radius, most);
         let unseen = lacking(&|ix| is_seen[ix]);
         let n_seeing: f64 = kept
             .iter()
@@ -561,20 +651,16 @@ fn chosen(
             .filter(|(_, distance)| *distance < radius)
             .map(|(sample, _)| f64::from(shares[*sample as usize]))
             .sum();
-        let is_enough = unseen <= limit && n_seeing >= LEAST_MEAN * lacking(&|_| false);
+        let is_enough = unseen <= limit && n_seeing >= LEAST_MEAN * all;
         if unseen < least || is_enough {
             least = unseen;
-            best = Some((kept, is_seen, radius));
+            best = Chosen { kept, is_seen, radius, is_enough };
         }
         if is_enough {
             break;
         }
     }
-    let (kept, is_seen, radius) = best.unwrap_or_default();
-    let probes = kept.into_iter().map(|ix| candidates[ix]).collect();
-    let of_surfaces = || samples.iter().zip(&is_seen).filter(|(of, _)| of.target.is_ok());
-    let n_unseen = of_surfaces().filter(|(_, is_seen)| !**is_seen).count();
-    Ok((probes, [of_surfaces().count() as u32, n_unseen as u32], radius))
+    best
 }
 
 /// Which of some candidates are kept, and which samples one of them sees. `sees`: for each candidate, the samples that it sees, and the distances of

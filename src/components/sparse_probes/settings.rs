@@ -67,7 +67,7 @@ pub(super) const N_WORDS: usize = 15;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SparseSettings {
-    /// The most probes.
+    /// The most probes; 0: 64 to 512, until they count as far as surfaces see each other in the mean.
     pub n_probes: u32,
     /// Order of the probes' spherical harmonics, 0 to 7: (order + 1)² coefficients.
     pub order: u32,
@@ -102,7 +102,7 @@ pub struct SparseSettings {
 impl Default for SparseSettings {
     fn default() -> Self {
         Self {
-            n_probes: 64,
+            n_probes: 0,
             order: 4,
             n_texels: 40_000,
             uses_second_uv: true,

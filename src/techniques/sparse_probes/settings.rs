@@ -60,7 +60,7 @@ impl Settings for SparseProbesSettings {
             "probes",
             "probes",
             SettingKind::integer(0, 4096),
-            "Probes, at most: placed so that they see most of what surfaces see",
+            "Probes, at most: placed so that they see most of what surfaces see; 0: 64 to 512, until they count as far as surfaces see each other",
         ),
         Setting::new(
             "order",
