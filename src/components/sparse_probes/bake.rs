@@ -34,6 +34,7 @@ use crate::bindings::lucerna::components::sparse_probes::seen::SEEN_UNKNOWN;
 use crate::picture::write_whole_file;
 use crate::scene::SceneFingerprint;
 use glam::{UVec2, Vec2, Vec3};
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
@@ -231,8 +232,8 @@ impl SparseBake {
 
     /// The bytes of a file: the same for the same bake.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = bytes_of(&self.head());
-        self.clusters.iter().for_each(|cluster| out.extend(bytes_of(&cluster.words())));
+        let mut out = bytes_of(&self.head()).into_owned();
+        self.clusters.iter().for_each(|of| out.extend_from_slice(&bytes_of(&of.words())));
         out
     }
 
@@ -241,8 +242,7 @@ impl SparseBake {
     /// # Errors
     /// [`SparseError`] other than `Io`, `OtherScene`, `Incomplete` and `OtherPart`.
     pub fn from_bytes(bytes: &[u8], is_whole: bool) -> Result<Self, SparseError> {
-        let words: Vec<u32> =
-            bytes.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
+        let words = words_of(bytes);
         let end = bytes.len() as u64;
         if words.len() < 4 || words[..2] != MAGIC {
             return Err(SparseError::Foreign);
@@ -374,8 +374,21 @@ impl BakedCluster {
     }
 }
 
-fn bytes_of(words: &[u32]) -> Vec<u8> {
+/// A file's bytes of some words: these themselves, on machines that are little-endian.
+fn bytes_of(words: &[u32]) -> Cow<'_, [u8]> {
+    if cfg!(target_endian = "little") {
+        return bytemuck::cast_slice(words).into();
+    }
     words.iter().flat_map(|word| word.to_le_bytes()).collect()
+}
+
+/// The whole words of a file's bytes, likewise, if they are where words may be.
+fn words_of(bytes: &[u8]) -> Cow<'_, [u32]> {
+    let words = bytes.as_chunks::<4>().0;
+    match bytemuck::try_cast_slice(words.as_flattened()) {
+        Ok(words) if cfg!(target_endian = "little") => words.into(),
+        _ => words.iter().map(|word| u32::from_le_bytes(*word)).collect(),
+    }
 }
 
 fn check_sum(words: &[u32], what: impl Fn() -> String) -> Result<(), SparseError> {
