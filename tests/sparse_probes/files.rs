@@ -3,11 +3,12 @@
 
 use crate::harness::{differing_bytes, gpu};
 use crate::session::{lit_room, upload};
-use crate::{baked, begun, filled, meshes_of, small};
+use crate::{baked, begun, eye, filled, meshes_of, session, small};
 use lucerna::blocking::{SparseBakeError, SparseScene, bake_sparse_probes};
 use lucerna::components::sparse_probes::{SparseBake, SparseError, SparseSettings, is_in_shard};
 use lucerna::scene::{Material, SceneFingerprint};
 use lucerna::settings;
+use lucerna::techniques::reference::Channel;
 
 fn tiny() -> SparseSettings {
     settings!(SparseSettings {
@@ -121,7 +122,8 @@ fn parts_are_joined_to_the_same_bytes() {
 fn damaged_files_are_refused() {
     let scene = lit_room();
     let world = upload(&scene);
-    let bytes = baked(&scene, &world, tiny()).to_bytes();
+    let bake = baked(&scene, &world, tiny());
+    let bytes = bake.to_bytes();
     let refused = |bytes: &[u8]| SparseBake::from_bytes(bytes, true).unwrap_err();
     assert!(matches!(refused(b""), SparseError::Foreign), "an empty file");
     assert!(matches!(refused(b"LUCPROBE and more of it"), SparseError::Foreign), "other probes");
@@ -139,6 +141,17 @@ fn damaged_files_are_refused() {
         let found = SparseBake::from_bytes(&other, true);
         assert!(found.is_err(), "byte {at} is another one, and it is read all the same");
     }
+    // Another program may write receivers where there is no chart, with the right checksums: these have light all the same.
+    let mut odd = bake;
+    let taken: Vec<u32> = odd.plan.receivers.iter().map(|of| of.texel).collect();
+    let (width, height) = (odd.plan.size.x, odd.plan.size.y);
+    let free = (0..height).flat_map(|y| (0..width).map(move |x| x | y << 16));
+    odd.plan.receivers[0].texel = free.into_iter().find(|at| !taken.contains(at)).unwrap();
+    let odd = SparseBake::from_bytes(&odd.to_bytes(), true).unwrap();
+    let mut session = session(&world, &eye(), &odd);
+    session.run(&world, 6);
+    let light = session.mean(&world, 1, Channel::Indirect);
+    assert!(light.is_finite() && light.min_element() > 0.0, "a receiver without a chart: {light}");
 }
 
 /// A bake does not fit a scene with other surfaces, or whose surfaces stand elsewhere; other lights and materials do not matter.

@@ -96,17 +96,19 @@ impl SparseSurfaces {
 
     /// The points of surfaces in a receiver's texel; the first one stands for it.
     pub fn points_of(&self, receiver: &Receiver) -> &[SurfacePoint] {
-        self.points.points_of(self.ix_of(receiver))
+        self.find(receiver).map_or(&[], |ix| self.points.points_of(ix))
     }
 
     /// Where in the texel each of [`Self::points_of`] is.
     pub fn places_of(&self, receiver: &Receiver) -> &[u8] {
-        self.points.places_of(self.ix_of(receiver))
+        self.find(receiver).map_or(&[], |ix| self.points.places_of(ix))
     }
 
-    fn ix_of(&self, receiver: &Receiver) -> usize {
+    /// Its texel's place in `points`; None: no chart touches it.
+    fn find(&self, receiver: &Receiver) -> Option<usize> {
         let (x, y) = (receiver.texel & 0xffff, receiver.texel >> 16);
-        self.place_of_texel[(y * self.size.x + x) as usize] as usize
+        let place = self.place_of_texel[(y * self.size.x + x) as usize];
+        (place != u32::MAX).then_some(place as usize)
     }
 
     /// Those of [`Self::points_of`] that a mask of [`SparsePlan::reach`] leaves.
@@ -117,21 +119,23 @@ impl SparseSurfaces {
         points.filter(is_within).map(|(point, _)| *point).collect()
     }
 
-    /// The points of a receiver that are lit, spread over its texel, the one that stands for it first; if there are fewer, they repeat.
+    /// The points of a receiver that are lit, spread over its texel, the one that stands for it first; if there are fewer, they repeat. (A file may have receivers
+    /// where no chart is: these have that point alone.)
     pub fn lit_points(
         &self,
         receiver: &Receiver,
         reach: u32,
     ) -> [SurfacePoint; LIT_POINTS as usize] {
         let own = SurfacePoint { triangle: receiver.triangle, weights: receiver.weights };
-        let places = self.places_of(receiver);
-        let at = |place: &u8| {
-            let is_within = reach >> place & 1 == 1;
-            let ix = places.iter().position(|of| of == place).filter(|_| is_within)?;
-            Some(self.points_of(receiver)[ix])
-        };
         let mut out = vec![own];
-        out.extend(SPREAD.iter().filter_map(at).filter(|of| *of != own));
+        if let Some(texel) = self.find(receiver) {
+            let (points, places) = (self.points.points_of(texel), self.points.places_of(texel));
+            let at = |place: &u8| {
+                let ix = places.iter().position(|of| of == place)?;
+                (reach >> place & 1 == 1).then_some(points[ix])
+            };
+            out.extend(SPREAD.iter().filter_map(at).filter(|of| *of != own));
+        }
         std::array::from_fn(|k| out[k % out.len().min(LIT_POINTS as usize)])
     }
 
