@@ -86,8 +86,8 @@ const MAX_RADIANCE_BAND: u32 = 4u;
 
 @group(1) @binding(0) var<uniform> info: TransportInfo;
 /// The batch, in four words each. For each receiver: its first point, how many it has, its side, its number in the scene; its first near probe,
-/// how many it has, the radius within which they count [m, f32], 0. Then points: triangle, weights, 0, 0. Then probes that are near: place [m, f32], weight [f32]; number in the scene,
-/// where its coefficients begin among the receiver's, 0, 0.
+/// how many it has, the radius within which they count [m, f32], 0. Then points: triangle, weights, 0, 0. Then probes that are near: place [m, f32],
+/// weight [f32]; number in the scene, where its coefficients begin among the receiver's, 0, 0.
 @group(1) @binding(1) var<storage, read> job: array<vec4<u32>>;
 /// Which probes see each receiver of the scene, and which parts of the sky (`sparse_probes/sight`, `sky_mask`).
 @group(1) @binding(2) var<storage, read> sight: array<u32>;
