@@ -103,6 +103,8 @@ const RADII: [f32; 7] = [0.3, 0.42, 0.6, 0.72, 0.85, 1.2, 1.7];
 const UNSEEN: f64 = 0.03;
 const LEAST_MEAN: f64 = 2.5;
 
+/// The number for which there are candidates, if none is chosen. (With three quarters of it, the conference room's light is 2.3 instead of 2.1 of L* off.)
+const USUAL_COUNT: usize = 256;
 /// Numbers of probes that are tried until they count as far as surfaces see each other in the mean, or nearer, if none is chosen.
 const COUNTS: [usize; 7] = [64, 96, 128, 192, 256, 384, 512];
 /// Candidates whose rays are in memory at once.
@@ -141,7 +143,7 @@ pub fn plan_sparse_probes(
     go_on(BakeStage::Placing)?;
     let candidates = match placed {
         Some(points) => given(gpu, scene, points, notes)?,
-        None if settings.n_probes == 0 => candidates(gpu, scene, COUNTS[COUNTS.len() / 2])?,
+        None if settings.n_probes == 0 => candidates(gpu, scene, USUAL_COUNT)?,
         None => candidates(gpu, scene, settings.n_probes as usize)?,
     };
     let lit_sides = lit_sides(gpu, scene, &uvs, &surfaces, &candidates)?;
