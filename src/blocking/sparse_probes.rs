@@ -172,8 +172,13 @@ pub fn plan_sparse_probes(
         radius: Some(settings.radius).filter(|radius| *radius > 0.0),
         area: receivers.len() as f32 / uvs.texels_per_metre.powi(2),
     };
-    let (probes, coverage, radius) =
+    let (probes, coverage, radius, sight) =
         chosen(gpu, scene, &surfaces, &receivers, candidates, &wanted)?;
+    if f64::from(radius) > sight {
+        notes.push(format!(
+            "probes count {radius:.2} m far, and surfaces see each other {sight:.2} m far in the mean: more probes or a smaller radius blur light less"
+        ));
+    }
     let positions: Vec<Vec3> = receivers.iter().map(|of| surfaces.position(of)).collect();
     let most = most_of_cluster(&settings, probes.len());
     let (order, clusters) = clustered(&positions, most);
@@ -543,8 +548,8 @@ struct Chosen {
 
 /// The probes among candidates that see most of what receivers see: greedily, those that add most. Each sample counts one if a probe sees it, and up
 /// to one more the nearer that probe is to the receiver. (The sum is submodular, so that the greedy choice is at least 63 % of the best one: G.
-/// Nemhauser, L. Wolsey, M. Fisher, 1978.) Returns also how many samples there are of surfaces, how many of these no probe sees, and the radius within
-/// which probes count.
+/// Nemhauser, L. Wolsey, M. Fisher, 1978.) Returns also how many samples there are of surfaces, how many of these no probe sees, the radius within
+/// which probes count, and how far surfaces see each other in the mean \[m\].
 fn chosen(
     gpu: &Gpu,
     scene: &SparseScene,
@@ -552,9 +557,9 @@ fn chosen(
     receivers: &[Receiver],
     candidates: Vec<Vec3>,
     wanted: &Wanted,
-) -> Result<(Vec<Vec3>, [u32; 2], f32), SparseBakeError> {
+) -> Result<(Vec<Vec3>, [u32; 2], f32, f64), SparseBakeError> {
     if receivers.is_empty() || candidates.is_empty() {
-        return Ok((candidates, [0, 0], wanted.widest()));
+        return Ok((candidates, [0, 0], wanted.widest(), f64::INFINITY));
     }
     let samples = samples(gpu, scene, surfaces, receivers, &candidates)?;
     let sees = seen_samples(gpu, scene, &samples, &candidates, wanted.widest())?;
@@ -573,7 +578,7 @@ fn chosen(
     let probes = best.kept.iter().map(|ix| candidates[*ix]).collect();
     let of_surfaces = || samples.iter().zip(&best.is_seen).filter(|(of, _)| of.target.is_ok());
     let n_unseen = of_surfaces().filter(|(_, is_seen)| !**is_seen).count();
-    Ok((probes, [of_surfaces().count() as u32, n_unseen as u32], best.radius))
+    Ok((probes, [of_surfaces().count() as u32, n_unseen as u32], best.radius, sight))
 }
 
 /// How far surfaces see each other, in the mean \[m\]; as far as you like, if they see the sky alone.
