@@ -47,9 +47,11 @@ fn sparse_bakes_are_used_where_they_fit() {
     bake(&file, &["--order", "8"]).exits(2);
     std::fs::write(&list, "[[2.5, 2.5, 2.5], [3, 1, 1], [2.7, 9, 2.7]]").unwrap();
     let listed = folder.join("list.sparse");
-    bake(&listed, &["--probe-list", path(&list), "--radius", "9"])
-        .exits(0)
-        .says(&["2 probes", "1 of 3 given probes", "note: probes count 9.00 m far"]);
+    bake(&listed, &["--probe-list", path(&list), "--radius", "9"]).exits(0).says(&[
+        "2 probes",
+        "1 of 3 given probes",
+        "note: probes count 9.00 m far",
+    ]);
     bake(Path::new("no/such/folder.sparse"), &[]).exits(1).says(&["there is no folder"]);
 }
 
