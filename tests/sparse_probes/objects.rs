@@ -202,8 +202,8 @@ fn moving_objects_read_the_probes() {
             assert_eq!(faults, 0, "a ball that moves is no fault");
         }
     }
-    // (0.74 to 1.31: 32 probes see a spot of 30 cm by order 4. By their irradiance alone, without where the light comes from, 0.38 to 1.17.)
-    assert_each("light on a ball by the path tracer's", &ratios, "1 within a third", |ratio| {
-        (*ratio - 1.0).abs().max_element() < 1.0 / 3.0
+    // (0.77 to 1.27: 32 probes see a spot of 30 cm by order 4. By their irradiance alone, without where the light comes from, 0.38 to 1.17.)
+    assert_each("light on a ball by the path tracer's", &ratios, "1 within 0.3", |ratio| {
+        (*ratio - 1.0).abs().max_element() < 0.3
     });
 }

@@ -17,9 +17,3 @@ struct LitReceiver {
     /// Two points each: triangle, weights of its second and third corner (`pack2x16unorm`). Where a receiver has fewer, they repeat.
     points: array<vec4<u32>, 2>,
 }
-
-/// A point of a receiver: triangle, weights. `ix` < LIT_POINTS.
-fn lit_point(receiver: LitReceiver, ix: u32) -> vec2<u32> {
-    let two = receiver.points[ix / 2u];
-    return select(two.xy, two.zw, ix % 2u != 0u);
-}

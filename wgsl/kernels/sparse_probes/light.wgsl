@@ -4,7 +4,7 @@
 //!
 //! Dispatch: one invocation for each receiver, in rows as `lucerna::math::dispatch` lays them out. Workgroup memory: none.
 
-#import lucerna::components::sparse_probes::lit_receiver::{LIT_POINTS, LitReceiver, lit_point}
+#import lucerna::components::sparse_probes::lit_receiver::{LIT_POINTS, LitReceiver}
 #import lucerna::integrators::probe_sight::sided_surface
 #import lucerna::integrators::receiver_light::light_on_receiver
 #import lucerna::math::dispatch::group_of_dispatch
@@ -36,7 +36,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if ix >= info.n_receivers {
         return;
     }
-    let point = lit_point(lit[ix], info.n_before % LIT_POINTS);
+    let point_ix = info.n_before % LIT_POINTS;
+    let two = lit[ix].points[point_ix / 2u];
+    let point = select(two.xy, two.zw, point_ix % 2u != 0u);
     let weights = unpack2x16unorm(point.y);
     let surface = sided_surface(point.x, weights, lit[ix].side);
     let albedo = surface_over(point.x, weights, info.texel).albedo;
